@@ -1,0 +1,126 @@
+//! Executors: what turns a candidate program and a set of fitness cases into answers.
+//!
+//! All of them give the same bits. `tree` walks the individual itself, straight from the specification, and is
+//! the judge of what a program means; the others start from the lowered, optimised IR program.
+
+use std::cell::OnceCell;
+use std::time::Duration;
+
+use vsonar_ir::Program;
+
+use crate::tree::Individual;
+use crate::vision::CaseSet;
+
+pub mod cranelift;
+pub mod reference;
+pub mod tree;
+
+/// An individual to be executed, with its program lowered and optimised when first asked for, so that the
+/// walker never lowers.
+#[derive(Debug)]
+pub struct Candidate<'a> {
+    individual: &'a Individual,
+    width: u32,
+    height: u32,
+    program: OnceCell<Program>,
+    lowering: OnceCell<Duration>,
+}
+
+impl<'a> Candidate<'a> {
+    /// A candidate for images of `width` x `height` pixels.
+    pub fn new(individual: &'a Individual, width: u32, height: u32) -> Candidate<'a> {
+        Candidate { individual, width, height, program: OnceCell::new(), lowering: OnceCell::new() }
+    }
+
+    /// The individual.
+    pub fn individual(&self) -> &'a Individual {
+        self.individual
+    }
+
+    /// The optimised program, lowered on first use.
+    pub fn program(&self) -> &Program {
+        self.program.get_or_init(|| {
+            let start = std::time::Instant::now();
+            let program =
+                vsonar_ir::opt::optimise(&crate::lower::lower(self.individual, self.width, self.height));
+            let _ = self.lowering.set(start.elapsed());
+            program
+        })
+    }
+
+    /// The time lowering and optimising took, zero if it was not done.
+    pub fn lowering(&self) -> Duration {
+        self.lowering.get().copied().unwrap_or_default()
+    }
+}
+
+/// Where a worker's time went, summed over its candidates. Time is not part of any result.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Timing {
+    /// Lowering and optimising.
+    pub lower: Duration,
+    /// Code generation.
+    pub compile: Duration,
+    /// Running the program on the cases.
+    pub execute: Duration,
+}
+
+impl std::ops::AddAssign for Timing {
+    fn add_assign(&mut self, other: Timing) {
+        self.lower += other.lower;
+        self.compile += other.compile;
+        self.execute += other.execute;
+    }
+}
+
+/// Why a program could not be executed.
+#[derive(Debug, thiserror::Error)]
+pub enum ExecError {
+    /// The candidate's image size is not that of the cases.
+    #[error(
+        "the program is for images of {program_width}x{program_height} pixels, the cases are {width}x{height}"
+    )]
+    ImageSize {
+        /// Width the program was lowered for.
+        program_width: u32,
+        /// Height the program was lowered for.
+        program_height: u32,
+        /// Width of the cases' images.
+        width: u32,
+        /// Height of the cases' images.
+        height: u32,
+    },
+    /// Code could not be generated.
+    #[error("the program could not be compiled: {0}")]
+    Compile(String),
+    /// Executable memory was refused by the system.
+    #[error("no executable memory: {0}; choose `--executor tree` or `--executor reference`, which need none")]
+    Memory(std::io::Error),
+}
+
+/// A way of running programs, shared by all threads.
+pub trait Executor: Send + Sync {
+    /// The name in `--executor`.
+    fn name(&self) -> &'static str;
+
+    /// A worker for one thread, with its contexts, code memory and scratch space.
+    ///
+    /// # Errors
+    /// If the machine cannot run this executor.
+    fn worker(&self) -> Result<Box<dyn Worker>, ExecError>;
+}
+
+/// One thread's share of an executor.
+pub trait Worker {
+    /// Writes the answer of the candidate for every case of the set, in its order: the final register `a` of
+    /// the second tree. `answers.len()` is `cases.len()`.
+    ///
+    /// # Errors
+    /// If the program cannot be compiled or does not fit the cases.
+    fn answers(
+        &mut self,
+        candidate: &Candidate<'_>,
+        cases: &CaseSet,
+        answers: &mut [f32],
+    ) -> Result<Timing, ExecError>;
+}

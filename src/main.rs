@@ -1,0 +1,3 @@
+//! The `vsonar` command.
+
+fn main() {}
