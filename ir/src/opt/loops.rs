@@ -62,7 +62,9 @@ fn forward(l: &mut Loop, height: u32, writer: &mut Writer) -> bool {
         (Leaf::FirstWindow, _) if one_position => Leaf::Const(first_window),
         _ => leaf,
     };
-    if body.insts().iter().all(|inst| inst.leaf().is_none_or(|leaf| replace(leaf) == leaf)) {
+    // Compared by bits: a NaN equals itself here.
+    if body.insts().iter().all(|inst| inst.leaf().is_none_or(|leaf| replace(leaf).encode() == leaf.encode()))
+    {
         return false;
     }
     let map = writer.rewrite(&body, replace);
