@@ -98,6 +98,16 @@ pub enum ExecError {
     Memory(std::io::Error),
 }
 
+/// Refuses cases whose images are not of the candidate's size.
+pub(crate) fn check_size(candidate: &Candidate<'_>, cases: &CaseSet) -> Result<(), ExecError> {
+    let (program_width, program_height) = (candidate.width, candidate.height);
+    let (width, height) = (cases.width(), cases.height());
+    if (program_width, program_height) == (width, height) {
+        return Ok(());
+    }
+    Err(ExecError::ImageSize { program_width, program_height, width, height })
+}
+
 /// A way of running programs, shared by all threads.
 pub trait Executor: Send + Sync {
     /// The name in `--executor`.
