@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
 use super::selection::SelectionKind;
+use crate::tree::NodeType;
 
 /// Where in the file each field was given, by dotted name, in bytes.
 type Places = BTreeMap<String, Range<usize>>;
@@ -41,8 +42,7 @@ macro_rules! table {
             $($(#[doc = $doc])+ pub $field: $ty,)+
             $(
                 $($(#[doc = $tdoc])+ pub $table: $tname,)+
-                /// The weight of each node type beside the others that fit the same place, by name. A type that is
-                /// not listed has weight 1; weight 0 leaves it out.
+                /// The weight of every node type beside the others that fit the same place, by name; 0 leaves it out.
                 pub nodes: BTreeMap<String, f64>,
             )?
         }
@@ -276,7 +276,7 @@ impl Settings {
             },
             selection: Selection { kind: SelectionKind::Tournament, tournament: 7 },
             filter: Filter { enabled: false, in_range: 0.5, distinct: 20, max_draws: 1000 },
-            nodes: BTreeMap::new(),
+            nodes: NodeType::all().map(|t| (t.name().to_string(), 1.0)).collect(),
         }
     }
 
@@ -330,9 +330,8 @@ impl Settings {
         let mut out = String::new();
         self.write(&mut out);
         out.push_str("\n# Weight of each node type beside the others that fit the same place; 0 leaves it out.\n[nodes]\n");
-        for kind in Kind::all() {
-            let weight = self.nodes.get(kind.name()).copied().unwrap_or(1.0);
-            let _ = writeln!(out, "{} = {}", inline(&kind.name()), inline(&weight));
+        for (name, weight) in &self.nodes {
+            let _ = writeln!(out, "{name:?} = {}", inline(weight));
         }
         out
     }
