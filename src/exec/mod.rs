@@ -113,6 +113,11 @@ pub trait Executor: Send + Sync {
     /// The name in `--executor`.
     fn name(&self) -> &'static str;
 
+    /// Whether it runs lowered, optimised programs. If not, whoever uses it need not lower for its own sake.
+    fn lowers(&self) -> bool {
+        true
+    }
+
     /// A worker for one thread, with its contexts, code memory and scratch space.
     ///
     /// # Errors
