@@ -6,13 +6,13 @@ use std::time::Instant;
 
 use super::breed::{Offspring, breed};
 use super::checkpoint::{Origin, State};
-use super::evaluate::{Cases, EvaluateError, Evaluator, Tally};
+use super::evaluate::{Cases, EvaluateError, Evaluator, Session, Tally};
 use super::folder::{FolderError, RunFolder};
 use super::hall_of_fame::HallOfFame;
 use super::initial;
 use super::population::{Genotype, Member};
 use super::progress::Progress;
-use super::record::{GenerationTiming, InitialDraws, Record, best_of};
+use super::record::{GenerationTiming, InitialDraws, Record};
 use super::selection::scores;
 use super::settings::{Settings, SettingsError};
 use crate::dataset::Dataset;
@@ -218,7 +218,7 @@ impl Evolution {
     fn first(&self, stop: &AtomicBool) -> Result<Option<Generation>, RunError> {
         let slots = self.settings.population as usize;
         self.progress.begin(0, slots);
-        let fill = |session: &mut _, slot| initial::fill(session, &self.settings, &self.create, slot);
+        let fill = |session: &mut Session<'_>, slot| initial::fill(session, &self.settings, &self.create, slot);
         let (filled, tally) = self.evaluator.each(slots, &self.cases, stop, &self.progress, fill)?;
         let Some(filled) = filled else { return Ok(None) };
         let mut draws = InitialDraws::default();
@@ -246,7 +246,7 @@ impl Evolution {
         let new: Vec<usize> = (parents.len()..all.len()).filter(|&i| firsts[i] == i).collect();
         let breed_seconds = start.elapsed().as_secs_f64();
         self.progress.begin(generation, new.len());
-        let judge = |session: &mut super::evaluate::Session<'_>, n: usize| {
+        let judge = |session: &mut Session<'_>, n: usize| {
             session.count_evaluation();
             let candidate = session.cases().candidate(all[new[n]].individual());
             Ok(Some(session.judge(&candidate, false)?.outcome))
@@ -260,7 +260,7 @@ impl Evolution {
             first => outcomes[new.partition_point(|&n| n < first)].clone(),
         };
         let member = |(i, o): (usize, Offspring)| Member { genotype: o.genotype, outcome: outcome(i) };
-        let members = offspring.clone().into_iter().enumerate().map(member).collect();
+        let members = offspring.into_iter().enumerate().map(member).collect();
         Ok(Some(Generation { members, evaluations, initial: None, tally, breed_seconds }))
     }
 
@@ -324,7 +324,7 @@ impl Evolution {
     pub fn score(&self, individual: &Individual, data: &Dataset) -> Result<Score, RunError> {
         let cases = Cases::new(data, self.settings.tolerance);
         let never = AtomicBool::new(false);
-        let run = |session: &mut super::evaluate::Session<'_>, _| {
+        let run = |session: &mut Session<'_>, _| {
             let candidate = session.cases().candidate(individual);
             Ok(Some(session.execute(&candidate, false)?.outcome.solved.count()))
         };

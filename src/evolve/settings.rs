@@ -21,7 +21,8 @@ use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
 use super::selection::SelectionKind;
-use crate::tree::NodeType;
+use super::settings_check::set_weight;
+use crate::tree::{NodeSet, NodeType};
 
 /// Where in the file each field was given, by dotted name, in bytes.
 type Places = BTreeMap<String, Range<usize>>;
@@ -42,8 +43,8 @@ macro_rules! table {
             $($(#[doc = $doc])+ pub $field: $ty,)+
             $(
                 $($(#[doc = $tdoc])+ pub $table: $tname,)+
-                /// The weight of every node type beside the others that fit the same place, by name; 0 leaves it out.
-                pub nodes: BTreeMap<String, f64>,
+                /// The node types in use and their weights.
+                pub nodes: NodeSet,
             )?
         }
 
@@ -51,7 +52,7 @@ macro_rules! table {
         #[serde(deny_unknown_fields, default)]
         struct $partial {
             $($field: Option<Spanned<$ty>>,)+
-            $($($table: $tpartial,)+ preset: Option<Preset>, nodes: BTreeMap<String, Spanned<f64>>,)?
+            $($($table: $tpartial,)+ preset: Option<Preset>, nodes: BTreeMap<String, Spanned<u32>>, data: toml::Table,)?
         }
 
         impl $name {
@@ -60,13 +61,7 @@ macro_rules! table {
                     places.insert(format!("{prefix}{}", stringify!($field)), value.span());
                     self.$field = value.into_inner();
                 })+
-                $(
-                    $(self.$table.merge_partial(concat!(stringify!($table), "."), partial.$table, places);)+
-                    for (name, weight) in partial.nodes {
-                        places.insert(format!("nodes.{name}"), weight.span());
-                        self.nodes.insert(name, weight.into_inner());
-                    }
-                )?
+                $($(self.$table.merge_partial(concat!(stringify!($table), "."), partial.$table, places);)+)?
             }
 
             fn write(&self, out: &mut String) {
@@ -276,7 +271,7 @@ impl Settings {
             },
             selection: Selection { kind: SelectionKind::Tournament, tournament: 7 },
             filter: Filter { enabled: false, in_range: 0.5, distinct: 20, max_draws: 1000 },
-            nodes: NodeType::all().map(|t| (t.name().to_string(), 1.0)).collect(),
+            nodes: NodeSet::default(),
         }
     }
 
@@ -310,10 +305,16 @@ impl Settings {
         base.merged(partial, text, file)
     }
 
-    fn merged(mut self, partial: Partial, text: &str, file: &str) -> Result<Settings, SettingsError> {
+    fn merged(mut self, mut partial: Partial, text: &str, file: &str) -> Result<Settings, SettingsError> {
         let mut places = Places::new();
+        let nodes = std::mem::take(&mut partial.nodes);
         self.merge_partial("", partial, &mut places);
-        match self.check() {
+        let mut checked = Ok(());
+        for (name, weight) in nodes {
+            places.insert(format!("nodes.{name}"), weight.span());
+            checked = checked.and_then(|()| set_weight(&mut self.nodes, &name, weight.into_inner()));
+        }
+        match checked.and_then(|()| self.check()) {
             Ok(()) => Ok(self),
             Err(fault) => Err(match places.get(&fault.field) {
                 Some(span) => {
@@ -330,8 +331,8 @@ impl Settings {
         let mut out = String::new();
         self.write(&mut out);
         out.push_str("\n# Weight of each node type beside the others that fit the same place; 0 leaves it out.\n[nodes]\n");
-        for (name, weight) in &self.nodes {
-            let _ = writeln!(out, "{name:?} = {}", inline(weight));
+        for node_type in NodeType::all() {
+            let _ = writeln!(out, "{:?} = {}", node_type.name(), self.nodes.weight(node_type));
         }
         out
     }

@@ -1,6 +1,7 @@
 //! Which values of the settings are possible.
 
 use super::settings::{Fault, Settings};
+use crate::tree::{MAX_WEIGHT, NodeSet, NodeType};
 
 /// The largest seed: the largest integer that TOML knows.
 const MAX_SEED: u64 = i64::MAX as u64;
@@ -88,10 +89,27 @@ impl Settings {
             "1 to 1,000,000",
         )?;
         probability("filter.in_range", f.in_range)?;
-        must((1..=1_000_000_000).contains(&f.max_draws), "filter.max_draws", f.max_draws, "1 to 1,000,000,000")
+        must((1..=1_000_000_000).contains(&f.max_draws), "filter.max_draws", f.max_draws, "1 to 1,000,000,000")?;
+        self.nodes.check().map_err(|error| Fault {
+            field: "nodes".to_string(),
+            value: format!("\"{}\"", self.nodes),
+            must: format!("enough to make trees of: {error}"),
+        })
     }
 }
 
 fn probability(field: &str, value: f64) -> Result<(), Fault> {
     must((0.0..=1.0).contains(&value), field, value, "a number from 0 to 1")
+}
+
+/// Sets the weight of the node type of this name.
+pub(super) fn set_weight(nodes: &mut NodeSet, name: &str, weight: u32) -> Result<(), Fault> {
+    let field = format!("nodes.{name}");
+    if NodeType::from_name(name).is_none() {
+        let names: Vec<&str> = NodeType::all().map(NodeType::name).collect();
+        let advice = format!("left out: there is no such node type, only {}", names.join(" "));
+        return must(false, &field, weight, &advice);
+    }
+    let set = nodes.edit(&format!("{name}={weight}"));
+    must(set.is_ok(), &field, weight, &format!("a whole number from 0 to {MAX_WEIGHT}"))
 }
