@@ -17,7 +17,7 @@ use super::selection::scores;
 use super::settings::{Settings, SettingsError};
 use crate::dataset::Dataset;
 use crate::exec::Executor;
-use crate::tree::{CreateSettings, CrossoverSettings, Individual};
+use crate::tree::{CreateError, Creator, CrossoverSettings, Individual};
 
 /// Why a run could not go on. What was recorded before stays.
 #[derive(Debug, thiserror::Error)]
@@ -25,6 +25,9 @@ pub enum RunError {
     /// The settings are impossible.
     #[error(transparent)]
     Settings(#[from] SettingsError),
+    /// Individuals cannot be made with the settings.
+    #[error(transparent)]
+    Create(#[from] CreateError),
     /// Individuals could not be evaluated.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
@@ -48,7 +51,7 @@ pub enum StopReason {
 /// the time it takes.
 pub struct Evolution {
     settings: Settings,
-    create: CreateSettings,
+    creator: Creator,
     crossover: CrossoverSettings,
     cases: Cases,
     evaluator: Evaluator,
@@ -100,7 +103,7 @@ impl Evolution {
     ) -> Result<Evolution, RunError> {
         settings.validate()?;
         Ok(Evolution {
-            create: settings.create_settings()?,
+            creator: Creator::new(&settings.create_settings())?,
             crossover: settings.crossover_settings(),
             cases: Cases::new(train, settings.tolerance),
             evaluator: Evaluator::new(executor, threads)?,
@@ -218,7 +221,7 @@ impl Evolution {
     fn first(&self, stop: &AtomicBool) -> Result<Option<Generation>, RunError> {
         let slots = self.settings.population as usize;
         self.progress.begin(0, slots);
-        let fill = |session: &mut Session<'_>, slot| initial::fill(session, &self.settings, &self.create, slot);
+        let fill = |session: &mut Session<'_>, slot| initial::fill(session, &self.settings, &self.creator, slot as u32);
         let (filled, tally) = self.evaluator.each(slots, &self.cases, stop, &self.progress, fill)?;
         let Some(filled) = filled else { return Ok(None) };
         let mut draws = InitialDraws::default();

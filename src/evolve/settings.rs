@@ -22,7 +22,7 @@ use toml::Spanned;
 
 use super::selection::SelectionKind;
 use super::settings_check::set_weight;
-use crate::tree::{NodeSet, NodeType};
+use crate::tree::{CreateSettings, CrossoverSettings, NodeSet, NodeType};
 
 /// Where in the file each field was given, by dotted name, in bytes.
 type Places = BTreeMap<String, Range<usize>>;
@@ -92,10 +92,8 @@ table! {
         min_depth: u32,
         /// Greatest of the maximum depths of new trees.
         max_depth: u32,
-        /// Probability of the full method, else grow.
-        full_probability: f64,
         /// Probability that the grow method takes a leaf above the last level.
-        leaf_probability: f64,
+        grow_leaf_probability: f64,
         /// Depth a column expression is grown within, counted from its own root.
         column_depth: u32,
         /// Probability that a column expression starts as plain `x-obstacle`.
@@ -256,8 +254,7 @@ impl Settings {
             creation: Creation {
                 min_depth: 6,
                 max_depth: 9,
-                full_probability: 0.5,
-                leaf_probability: 0.25,
+                grow_leaf_probability: 0.25,
                 column_depth: 3,
                 plain_column_probability: 0.0,
                 constant_min: 0.01,
@@ -343,6 +340,30 @@ impl Settings {
     /// The first impossible value.
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.check().map_err(SettingsError::Value)
+    }
+
+    /// What of these settings is for the making of random individuals.
+    pub fn create_settings(&self) -> CreateSettings {
+        let c = &self.creation;
+        CreateSettings {
+            min_depth: c.min_depth as usize,
+            max_depth: c.max_depth as usize,
+            column_depth: c.column_depth as usize,
+            grow_leaf_probability: c.grow_leaf_probability,
+            plain_column_probability: c.plain_column_probability,
+            constant_min: c.constant_min as f32,
+            constant_max: c.constant_max as f32,
+            trees: self.trees as usize,
+            nodes: self.nodes.clone(),
+        }
+    }
+
+    /// What of these settings is for crossover.
+    pub fn crossover_settings(&self) -> CrossoverSettings {
+        CrossoverSettings {
+            internal_probability: self.breeding.internal_probability,
+            max_depth: self.breeding.max_depth as usize,
+        }
     }
 
     /// These settings for a resumed run that shall have `generations` in all.

@@ -45,23 +45,26 @@ impl Settings {
     fn check_creation(&self) -> Result<(), Fault> {
         let c = &self.creation;
         let limit = self.breeding.max_depth;
-        must((1..=100).contains(&limit), "breeding.max_depth", limit, "1 to 100")?;
+        must((2..=100).contains(&limit), "breeding.max_depth", limit, "2 to 100")?;
         must(
-            (1..=limit).contains(&c.max_depth),
+            (2..=limit).contains(&c.max_depth),
             "creation.max_depth",
             c.max_depth,
-            "1 to `breeding.max_depth`",
+            "2 to `breeding.max_depth`",
         )?;
-        must(c.max_depth <= 12, "creation.max_depth", c.max_depth, "at most 12: full trees grow as 4^depth")?;
         must(
-            (1..=c.max_depth).contains(&c.min_depth),
+            (2..=c.max_depth).contains(&c.min_depth),
             "creation.min_depth",
             c.min_depth,
-            "1 to `creation.max_depth`",
+            "2 to `creation.max_depth`",
         )?;
-        must(c.column_depth <= 10, "creation.column_depth", c.column_depth, "0 to 10")?;
-        probability("creation.full_probability", c.full_probability)?;
-        probability("creation.leaf_probability", c.leaf_probability)?;
+        must(
+            c.column_depth < limit,
+            "creation.column_depth",
+            c.column_depth,
+            "less than `breeding.max_depth`",
+        )?;
+        probability("creation.grow_leaf_probability", c.grow_leaf_probability)?;
         probability("creation.plain_column_probability", c.plain_column_probability)?;
         must(
             c.constant_min >= 1e-30 && c.constant_min <= 1e30,
