@@ -57,7 +57,8 @@ fn breed_pair(
     if !exchange {
         return [first, second].map(|i| copy(members, i));
     }
-    let (a, b) = crossover(members[first].individual(), members[second].individual(), crossover_settings, random);
+    let (a, b) =
+        crossover(members[first].individual(), members[second].individual(), crossover_settings, random);
     [(a, first), (b, second)].map(|(child, parent)| {
         if child == *members[parent].individual() {
             return copy(members, parent);
