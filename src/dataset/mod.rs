@@ -1,1 +1,188 @@
-//! Placeholder.
+//! Data sets: images of one size and the labelled columns in them.
+//!
+//! Everything that evolves or judges a detector starts here. A set is a folder with `labels.csv` (header
+//! `image,x,y`, a row for each fitness case; y is the row, from the top, of the lowest pixel that is not
+//! ground) and the images in its subfolder `images` or beside the table. It is read by [`Dataset::load`],
+//! examined by [`check`], taken apart by [`Dataset::split`], and handed to the executors by
+//! [`Dataset::case_set`]. [`Constants`] tells what a detector that never looks would reach: the floor to beat.
+//!
+//! ```
+//! use image::GrayImage;
+//! use vsonar::dataset::{Case, Constants, Dataset, NamedImage};
+//!
+//! let images = (0..3)
+//!     .map(|i| NamedImage { name: format!("frame_{i}.png"), pixels: GrayImage::new(32, 24) })
+//!     .collect();
+//! let cases = (0..3).map(|image| Case { image, x: 16, y: 6 * image as u32 }).collect();
+//! let set = Dataset::new("tiny", images, cases)?;
+//! assert_eq!((set.width(), set.height()), (32, 24));
+//! assert_eq!(set.labels(), [0, 6, 12]);
+//! assert_eq!(set.columns(), [16]);
+//! // the answer 6 is within 6 rows of all three labels
+//! assert_eq!(Constants::learn(&set, 6.0).overall().correct, 3);
+//! # Ok::<(), vsonar::dataset::DatasetError>(())
+//! ```
+
+use image::GrayImage;
+
+mod check;
+mod constants;
+mod fault;
+mod save;
+mod scan;
+mod split;
+
+pub use check::{CheckReport, ColumnReport, Distribution, check};
+pub use constants::{BestConstant, Constants, Score, TOLERANCE, best_constant};
+pub use fault::{DatasetError, Fault, FaultKind, Place};
+pub use save::SaveError;
+pub use split::SplitError;
+
+/// An image and the name it has in `labels.csv`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NamedImage {
+    /// Path of the file below the folder, with `/` between its parts.
+    pub name: String,
+    /// The gray image.
+    pub pixels: GrayImage,
+}
+
+/// A fitness case: a column of an image, and the answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Case {
+    /// Index of the image in [`Dataset::images`].
+    pub image: usize,
+    /// The column, 0 to width - 1.
+    pub x: u32,
+    /// The label: row of the lowest non-ground pixel, 0 to height - 1, from the top.
+    pub y: u32,
+}
+
+/// A set of labelled images: at least one case, all images of one size of at least 16 x 16, every case inside
+/// its image, no image without a case, no column of an image labelled twice.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Dataset {
+    name: String,
+    width: u32,
+    height: u32,
+    images: Vec<NamedImage>,
+    cases: Vec<Case>,
+}
+
+impl Dataset {
+    /// A set of these images and cases. The order of the cases is kept; the images are brought into the order
+    /// in which the cases first mention them, and those without a case are left out (as a table would).
+    ///
+    /// # Errors
+    /// [`DatasetError::Parts`] with every violation of what a [`Dataset`] promises.
+    pub fn new(
+        name: impl Into<String>,
+        images: Vec<NamedImage>,
+        cases: Vec<Case>,
+    ) -> Result<Dataset, DatasetError> {
+        scan::assemble(name.into(), images, cases)
+    }
+
+    /// Reads a folder: `labels.csv` and the images it names.
+    ///
+    /// The table is UTF-8, its columns `image`, `x` and `y` in any order; further columns are ignored. Images
+    /// are looked for in the subfolder `images` first, then beside the table. The set is named after the folder.
+    ///
+    /// # Errors
+    /// [`DatasetError::Folder`] with every fault found; [`check`] gives the same faults as a report.
+    pub fn load(dir: impl AsRef<std::path::Path>) -> Result<Dataset, DatasetError> {
+        scan::scan(dir.as_ref()).into_dataset()
+    }
+
+    /// The set's name: that of its folder, unless it was made otherwise.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Width of every image in pixels.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Height of every image in pixels.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// The images, in the order in which the cases first mention them.
+    pub fn images(&self) -> &[NamedImage] {
+        &self.images
+    }
+
+    /// The cases, in the order of `labels.csv`.
+    pub fn cases(&self) -> &[Case] {
+        &self.cases
+    }
+
+    /// The labels, in the order of the cases.
+    pub fn labels(&self) -> Vec<u32> {
+        self.cases.iter().map(|c| c.y).collect()
+    }
+
+    /// The distinct columns asked for, ascending.
+    pub fn columns(&self) -> Vec<u32> {
+        let mut columns: Vec<u32> = self.cases.iter().map(|c| c.x).collect();
+        columns.sort_unstable();
+        columns.dedup();
+        columns
+    }
+
+    /// A hash of everything a run depends on: size, images (names and pixels) and cases, in order, but not the
+    /// set's name. It is FNV-1a with 64 bits over the numbers as little-endian 64-bit words, each name
+    /// preceded by its length in bytes, and each image's pixels row by row; so it is the same everywhere. It
+    /// tells accidents (a run resumed on other data), not forgeries.
+    pub fn fingerprint(&self) -> u64 {
+        let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+        hash.number(u64::from(self.width));
+        hash.number(u64::from(self.height));
+        hash.number(self.images.len() as u64);
+        for image in &self.images {
+            hash.number(image.name.len() as u64);
+            hash.bytes(image.name.as_bytes());
+            hash.bytes(image.pixels.as_raw());
+        }
+        hash.number(self.cases.len() as u64);
+        for case in &self.cases {
+            hash.number(case.image as u64);
+            hash.number(u64::from(case.x));
+            hash.number(u64::from(case.y));
+        }
+        hash.0
+    }
+}
+
+/// FNV-1a (Fowler, Noll, Vo), 64 bits.
+struct Fnv(u64);
+
+impl Fnv {
+    fn bytes(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+
+    fn number(&mut self, number: u64) {
+        self.bytes(&number.to_le_bytes());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fnv_matches_published_vectors() {
+        for (text, expected) in
+            [("", 0xcbf29ce484222325), ("a", 0xaf63dc4c8601ec8c), ("foobar", 0x85944171f73967e8)]
+        {
+            let mut hash = Fnv(0xcbf29ce484222325);
+            hash.bytes(text.as_bytes());
+            assert_eq!(hash.0, expected as u64, "{text}");
+        }
+    }
+}

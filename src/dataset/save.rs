@@ -1,0 +1,121 @@
+//! Writing a set as a folder that [`Dataset::load`] reads back.
+//!
+//! The folder appears in one step, complete, or not at all: it is written beside its place under another name
+//! and renamed.
+//!
+//! ```
+//! use image::GrayImage;
+//! use vsonar::dataset::{Case, Dataset, NamedImage};
+//!
+//! let images = vec![NamedImage { name: "a.png".into(), pixels: GrayImage::new(16, 16) }];
+//! let set = Dataset::new("saved", images, vec![Case { image: 0, x: 3, y: 5 }])?;
+//! let place = tempfile::tempdir()?;
+//! set.save(place.path().join("saved"))?;
+//! assert_eq!(Dataset::load(place.path().join("saved"))?, set);
+//! assert!(set.save(place.path().join("saved")).is_err()); // never overwritten
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use image::ImageFormat;
+
+use super::Dataset;
+use super::scan::{IMAGES, TABLE};
+
+/// Why a set could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum SaveError {
+    /// The folder exists, or a file of that name.
+    #[error("{} exists already; choose another name or remove it first", .0.display())]
+    Exists(PathBuf),
+    /// The path has no last part to create, like `/` or `..`.
+    #[error("{} does not name a new folder", .0.display())]
+    NoName(PathBuf),
+    /// The system refused.
+    #[error("{} cannot be written: {cause}", .path.display())]
+    Io {
+        /// What was being written.
+        path: PathBuf,
+        /// The system's words.
+        cause: String,
+    },
+}
+
+/// Removes an unfinished folder when an error leaves the function.
+struct Unfinished(PathBuf);
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // nothing better can be done about a failure here, and the first error is the one to report
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+impl Dataset {
+    /// Writes the set as a new folder: `labels.csv`, and the images as PNG in `images`. A name that does not
+    /// end in `.png` gets this ending, so a set with such names comes back with longer ones. The parent
+    /// folder must exist.
+    ///
+    /// # Errors
+    /// If something of that name exists (nothing is ever overwritten), or the system refuses to write.
+    pub fn save(&self, dir: impl AsRef<Path>) -> Result<(), SaveError> {
+        let dir = dir.as_ref();
+        let Some(name) = dir.file_name() else { return Err(SaveError::NoName(dir.into())) };
+        if dir.symlink_metadata().is_ok() {
+            return Err(SaveError::Exists(dir.into()));
+        }
+        let mut hidden = std::ffi::OsString::from(".");
+        hidden.push(name);
+        hidden.push(format!(".part-{}", std::process::id()));
+        let part = dir.with_file_name(hidden);
+        fs::create_dir(&part).map_err(|e| io(&part, e))?;
+        let part = Unfinished(part);
+        self.write_into(&part.0)?;
+        fs::rename(&part.0, dir).map_err(|e| io(dir, e))
+    }
+
+    fn write_into(&self, dir: &Path) -> Result<(), SaveError> {
+        let names = self.png_names();
+        for (image, name) in self.images.iter().zip(&names) {
+            let path = dir.join(IMAGES).join(name);
+            if let Some(parent) = path.parent() {
+                fs::create_dir_all(parent).map_err(|e| io(parent, e))?;
+            }
+            image.pixels.save_with_format(&path, ImageFormat::Png).map_err(|e| io(&path, e))?;
+        }
+        let path = dir.join(TABLE);
+        let mut table = csv::Writer::from_path(&path).map_err(|e| io(&path, e))?;
+        let mut row = |fields: [&str; 3]| table.write_record(fields).map_err(|e| io(&path, e));
+        row(["image", "x", "y"])?;
+        for case in &self.cases {
+            row([&names[case.image], &case.x.to_string(), &case.y.to_string()])?;
+        }
+        let file = table.into_inner().map_err(|e| io(&path, e.error()))?;
+        file.sync_all().map_err(|e| io(&path, e))
+    }
+
+    /// The names as PNG files, all different.
+    fn png_names(&self) -> Vec<String> {
+        let mut taken: BTreeSet<String> = self.images.iter().map(|i| i.name.clone()).collect();
+        let png = |name: &str| name.ends_with(".png");
+        let mut rename = |name: &String| {
+            let mut name = name.clone();
+            while !png(&name) {
+                name.push_str(".png");
+                if !taken.insert(name.clone()) {
+                    // another image has this name: make it different and try again
+                    name.push('_');
+                }
+            }
+            name
+        };
+        self.images.iter().map(|i| rename(&i.name)).collect()
+    }
+}
+
+fn io(path: &Path, cause: impl std::fmt::Display) -> SaveError {
+    SaveError::Io { path: path.into(), cause: cause.to_string() }
+}

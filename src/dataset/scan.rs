@@ -1,0 +1,409 @@
+//! Reading a folder as far as it goes and noting every fault on the way. [`Dataset::load`] and
+//! [`super::check`] both stand on [`scan`], so that neither accepts what the other rejects.
+//!
+//! ```
+//! let report = vsonar::dataset::check("no/such/folder");
+//! assert_eq!(report.faults()[0].kind.code(), "no-folder");
+//! ```
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+
+use image::GrayImage;
+use rayon::prelude::*;
+
+use super::fault::{DatasetError, Fault, FaultKind, Place};
+use super::{Case, Dataset, NamedImage};
+use crate::vision::gray::load_gray;
+
+/// Name of the table in a folder.
+pub(super) const TABLE: &str = "labels.csv";
+/// Name of the subfolder for images.
+pub(super) const IMAGES: &str = "images";
+/// Smallest width and height of an image.
+const SMALLEST: u32 = 16;
+
+/// What a folder holds: the sound part of it, and the faults.
+pub(super) struct Scan {
+    pub(super) dir: PathBuf,
+    pub(super) name: String,
+    /// Distinct images named in the table, whether sound or not.
+    pub(super) images_named: usize,
+    /// Rows of the table below the header, whether sound or not.
+    pub(super) rows: usize,
+    /// Image files no row names.
+    pub(super) unlabelled: Vec<String>,
+    pub(super) faults: Vec<Fault>,
+    /// The sound cases and their images, unless there is none.
+    pub(super) sound: Option<Dataset>,
+}
+
+impl Scan {
+    pub(super) fn into_dataset(self) -> Result<Dataset, DatasetError> {
+        match self.sound {
+            Some(set) if self.faults.is_empty() => Ok(set),
+            _ => Err(DatasetError::Folder { dir: self.dir, faults: self.faults }),
+        }
+    }
+}
+
+/// One row, its numbers not yet held against an image.
+struct Row {
+    at: Place,
+    /// Index in the list of images.
+    image: usize,
+    x: Option<i128>,
+    y: Option<i128>,
+}
+
+/// An image as far as it could be had: without pixels its fault is noted already.
+struct Picture {
+    at: Place,
+    name: String,
+    pixels: Option<GrayImage>,
+}
+
+/// Reads the folder. Never fails: what is wrong is in `faults`, sorted by place.
+pub(super) fn scan(dir: &Path) -> Scan {
+    let name = folder_name(dir);
+    let mut faults = Vec::new();
+    let (names, rows, row_count) = if !dir.is_dir() {
+        faults.push(Fault { at: Place::Set, kind: FaultKind::NoFolder(dir.into()) });
+        Default::default()
+    } else {
+        read_table(&dir.join(TABLE), &mut faults)
+    };
+    let found: Vec<Result<GrayImage, FaultKind>> =
+        names.par_iter().map(|(_, name)| read_image(dir, name)).collect();
+    let mut pictures = Vec::with_capacity(names.len());
+    for ((at, name), found) in names.into_iter().zip(found) {
+        let pixels = found.map_err(|kind| faults.push(Fault { at, kind })).ok();
+        pictures.push(Picture { at, name, pixels });
+    }
+    let unlabelled = unlabelled(dir, &pictures);
+    let images_named = pictures.len();
+    let sound = examine(name.clone(), pictures, rows, &mut faults);
+    faults.sort_by_key(|f| f.at);
+    Scan { dir: dir.into(), name, images_named, rows: row_count, unlabelled, faults, sound }
+}
+
+/// A set from parts in memory, held to the same rules as a folder.
+pub(super) fn assemble(
+    name: String,
+    images: Vec<NamedImage>,
+    cases: Vec<Case>,
+) -> Result<Dataset, DatasetError> {
+    let mut faults = Vec::new();
+    let mut seen = std::collections::BTreeSet::new();
+    for (i, image) in images.iter().enumerate() {
+        let at = Place::Image(i);
+        if !is_confined(&image.name) {
+            faults.push(Fault { at, kind: FaultKind::Name(image.name.clone()) });
+        }
+        if !seen.insert(image.name.as_str()) {
+            faults.push(Fault { at, kind: FaultKind::NameTwice(image.name.clone()) });
+        }
+    }
+    let mut rows = Vec::with_capacity(cases.len());
+    for (i, case) in cases.iter().enumerate() {
+        let at = Place::Case(i);
+        if case.image < images.len() {
+            rows.push(Row { at, image: case.image, x: Some(case.x.into()), y: Some(case.y.into()) });
+        } else {
+            faults.push(Fault { at, kind: FaultKind::NoImage(case.image) });
+        }
+    }
+    if cases.is_empty() {
+        faults.push(Fault { at: Place::Set, kind: FaultKind::Empty });
+    }
+    let pictures = images.into_iter().enumerate();
+    let pictures = pictures
+        .map(|(i, image)| Picture { at: Place::Image(i), name: image.name, pixels: Some(image.pixels) })
+        .collect();
+    let sound = examine(name.clone(), pictures, rows, &mut faults);
+    faults.sort_by_key(|f| f.at);
+    match sound {
+        Some(set) if faults.is_empty() => Ok(set),
+        _ => Err(DatasetError::Parts { name, faults }),
+    }
+}
+
+/// The last part of the path, also for `.` and `..`.
+fn folder_name(dir: &Path) -> String {
+    let named = |p: &Path| p.file_name().map(|n| n.to_string_lossy().into_owned());
+    named(dir).or_else(|| named(&dir.canonicalize().ok()?)).unwrap_or_else(|| "data".into())
+}
+
+/// The distinct images of the table with the place of their first row, the rows that name a confined image,
+/// and the number of all rows.
+fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<(Place, String)>, Vec<Row>, usize) {
+    let nothing = (Vec::new(), Vec::new(), 0);
+    if !path.is_file() {
+        faults.push(Fault { at: Place::Set, kind: FaultKind::NoTable(path.into()) });
+        return nothing;
+    }
+    // The header is read as a row of its own, for the reader's automatic header would hide its line.
+    let reader =
+        csv::ReaderBuilder::new().has_headers(false).flexible(true).trim(csv::Trim::All).from_path(path);
+    let mut reader = match reader {
+        Ok(reader) => reader,
+        Err(e) => {
+            faults.push(Fault { at: Place::Set, kind: FaultKind::Table(e.to_string()) });
+            return nothing;
+        }
+    };
+    let mut record = csv::ByteRecord::new();
+    let mut header: Option<Header> = None;
+    let mut images: Vec<(Place, String)> = Vec::new();
+    let mut index: BTreeMap<String, usize> = BTreeMap::new();
+    let (mut rows, mut count) = (Vec::new(), 0);
+    loop {
+        match reader.read_byte_record(&mut record) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(e) => {
+                faults.push(Fault { at: Place::Set, kind: FaultKind::Table(e.to_string()) });
+                break;
+            }
+        }
+        let at = Place::Line(record.position().map_or(0, csv::Position::line));
+        let Some(header) = &header else {
+            match Header::read(&record) {
+                Ok(read) => header = Some(read),
+                Err(kind) => {
+                    faults.push(Fault { at, kind });
+                    return nothing;
+                }
+            }
+            continue;
+        };
+        count += 1;
+        let fields = match header.fields(&record) {
+            Ok(fields) => fields,
+            Err(kind) => {
+                faults.push(Fault { at, kind });
+                continue;
+            }
+        };
+        let [name, x, y] = fields;
+        let mut number = |column, text: &str| {
+            let value = text.parse::<i128>().ok();
+            if value.is_none() {
+                faults.push(Fault { at, kind: FaultKind::Number { column, text: text.into() } });
+            }
+            value
+        };
+        let (x, y) = (number('x', x), number('y', y));
+        if !is_confined(name) {
+            faults.push(Fault { at, kind: FaultKind::Name(name.into()) });
+            continue;
+        }
+        let image = *index.entry(name.into()).or_insert_with(|| {
+            images.push((at, name.into()));
+            images.len() - 1
+        });
+        rows.push(Row { at, image, x, y });
+    }
+    if count == 0 {
+        faults.push(Fault { at: Place::Set, kind: FaultKind::Empty });
+    }
+    (images, rows, count)
+}
+
+/// Where the three columns stand.
+struct Header {
+    columns: [usize; 3],
+    fields: usize,
+}
+
+impl Header {
+    fn read(record: &csv::ByteRecord) -> Result<Header, FaultKind> {
+        let names: Vec<_> = record.iter().map(String::from_utf8_lossy).collect();
+        let column = |wanted: &str| {
+            let mut places = names.iter().enumerate().filter(|(_, n)| n.as_ref() == wanted).map(|(i, _)| i);
+            let place = places.next().ok_or(format!("without `{wanted}`"))?;
+            if places.next().is_some() { Err(format!("with `{wanted}` twice")) } else { Ok(place) }
+        };
+        let fault = |problem| FaultKind::Header { found: names.join(","), problem };
+        let mut columns = [0; 3];
+        for (place, wanted) in columns.iter_mut().zip(["image", "x", "y"]) {
+            *place = column(wanted).map_err(fault)?;
+        }
+        Ok(Header { columns, fields: record.len() })
+    }
+
+    fn fields<'r>(&self, record: &'r csv::ByteRecord) -> Result<[&'r str; 3], FaultKind> {
+        if record.len() != self.fields {
+            let (found, expected) = (record.len(), self.fields);
+            return Err(FaultKind::Row(format!("{found} fields, the header has {expected}")));
+        }
+        let mut fields = [""; 3];
+        for (field, &column) in fields.iter_mut().zip(&self.columns) {
+            *field = std::str::from_utf8(&record[column])
+                .map_err(|_| FaultKind::Row(format!("field {} is not UTF-8", column + 1)))?;
+        }
+        Ok(fields)
+    }
+}
+
+/// A plain relative path: nothing that leads out of the folder on any platform, no second spelling of the
+/// same file, nothing the table would not give back.
+fn is_confined(name: &str) -> bool {
+    let parts: Option<Vec<&str>> = Path::new(name)
+        .components()
+        .map(|part| match part {
+            Component::Normal(part) => part.to_str(),
+            _ => None,
+        })
+        .collect();
+    let drive = name.as_bytes().get(1) == Some(&b':');
+    !name.is_empty()
+        && !drive
+        && name.trim() == name
+        && !name.contains(['\\', '\0'])
+        && parts.is_some_and(|p| p.join("/") == name)
+}
+
+fn read_image(dir: &Path, name: &str) -> Result<GrayImage, FaultKind> {
+    let places = [dir.join(IMAGES).join(name), dir.join(name)];
+    let path = places.iter().find(|p| p.is_file()).ok_or_else(|| FaultKind::MissingImage(name.into()))?;
+    load_gray(path).map_err(|e| FaultKind::Image { image: name.into(), cause: e.to_string() })
+}
+
+/// Files in the folder and in its subfolder that look like images by their names and that no row mentions.
+fn unlabelled(dir: &Path, pictures: &[Picture]) -> Vec<String> {
+    let named: std::collections::BTreeSet<&str> = pictures.iter().map(|p| p.name.as_str()).collect();
+    let files = |dir: PathBuf| dir.read_dir().into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut out: Vec<String> = files(dir.join(IMAGES))
+        .chain(files(dir.into()))
+        .filter(|path| image::ImageFormat::from_path(path).is_ok() && path.is_file())
+        .filter_map(|path| path.file_name().map(|n| n.to_string_lossy().into_owned()))
+        .filter(|name| !named.contains(name.as_str()))
+        .collect();
+    out.sort_unstable();
+    out.dedup();
+    out
+}
+
+/// The size most images have; of equally frequent ones that met first.
+fn common_size(pictures: &[Picture]) -> Option<(u32, u32)> {
+    let mut counts: Vec<((u32, u32), usize)> = Vec::new();
+    for size in pictures.iter().filter_map(|p| p.pixels.as_ref()).map(GrayImage::dimensions) {
+        match counts.iter_mut().find(|(s, _)| *s == size) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((size, 1)),
+        }
+    }
+    let most = counts.iter().map(|&(_, count)| count).max()?;
+    counts.iter().find(|&&(_, count)| count == most).map(|&(size, _)| size)
+}
+
+/// Holds images and rows against each other; gives the set of the sound ones, if there is any.
+fn examine(
+    name: String,
+    mut pictures: Vec<Picture>,
+    rows: Vec<Row>,
+    faults: &mut Vec<Fault>,
+) -> Option<Dataset> {
+    let common = common_size(&pictures);
+    let sizes: Vec<Option<(u32, u32)>> =
+        pictures.iter().map(|p| p.pixels.as_ref().map(GrayImage::dimensions).or(common)).collect();
+    for picture in &mut pictures {
+        let (Some((common_width, common_height)), Some(pixels)) = (common, &picture.pixels) else { continue };
+        let ((width, height), image, at) = (pixels.dimensions(), picture.name.clone(), picture.at);
+        let kind = if width < SMALLEST || height < SMALLEST {
+            FaultKind::Small { image, width, height }
+        } else if (width, height) != (common_width, common_height) {
+            FaultKind::Size { image, width, height, common_width, common_height }
+        } else {
+            continue;
+        };
+        faults.push(Fault { at, kind });
+        picture.pixels = None;
+    }
+    let mut cases = Vec::with_capacity(rows.len());
+    let mut first_at: BTreeMap<(usize, i128), Place> = BTreeMap::new();
+    for Row { at, image, x, y } in rows {
+        let name = &pictures[image].name;
+        let mut duplicate = false;
+        if let Some(x) = x {
+            let first = *first_at.entry((image, x)).or_insert(at);
+            duplicate = first != at;
+            if duplicate {
+                faults.push(Fault { at, kind: FaultKind::Duplicate { image: name.clone(), x, first } });
+            }
+        }
+        let Some((width, height)) = sizes[image] else { continue };
+        let mut inside = |column, value: Option<i128>, size: u32| {
+            let value = value?;
+            if (0..i128::from(size)).contains(&value) {
+                return Some(value as u32);
+            }
+            let kind = FaultKind::Outside { column, value, image: name.clone(), max: size.saturating_sub(1) };
+            faults.push(Fault { at, kind });
+            None
+        };
+        let (x, y) = (inside('x', x, width), inside('y', y, height));
+        if let (Some(x), Some(y), true, false) = (x, y, pictures[image].pixels.is_some(), duplicate) {
+            cases.push(Case { image, x, y });
+        }
+    }
+    let (width, height) = common?;
+    sound(name, width, height, pictures, cases)
+}
+
+/// Drops images without a case and orders the others by their first case.
+fn sound(
+    name: String,
+    width: u32,
+    height: u32,
+    mut pictures: Vec<Picture>,
+    mut cases: Vec<Case>,
+) -> Option<Dataset> {
+    let mut images = Vec::new();
+    let mut place: Vec<Option<usize>> = vec![None; pictures.len()];
+    for case in &mut cases {
+        let picture = &mut pictures[case.image];
+        let new = match place[case.image] {
+            Some(new) => new,
+            None => {
+                let pixels = picture.pixels.take()?;
+                images.push(NamedImage { name: std::mem::take(&mut picture.name), pixels });
+                images.len() - 1
+            }
+        };
+        place[case.image] = Some(new);
+        case.image = new;
+    }
+    (!cases.is_empty()).then_some(Dataset { name, width, height, images, cases })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_confined() {
+        for good in ["a.png", "run 1/a.png", "..a.png", "ä.png", "a,b.png"] {
+            assert!(is_confined(good), "{good}");
+        }
+        for bad in [
+            "",
+            "/etc/passwd",
+            "../a.png",
+            "a/../b.png",
+            "./a.png",
+            "a/./b.png",
+            "a//b.png",
+            "a/",
+            "..",
+            " a.png",
+            "C:a.png",
+            "C:/a.png",
+            "a\\b.png",
+            "a\0.png",
+        ] {
+            assert!(!is_confined(bad), "{bad}");
+        }
+    }
+}
