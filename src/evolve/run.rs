@@ -270,14 +270,15 @@ impl Evolution {
     /// The state with one generation more.
     fn record(&self, new: Generation, start: Instant) -> State {
         let recording = Instant::now();
-        let (mut records, mut hall_of_fame) = self
-            .state
-            .as_ref()
-            .map_or((Vec::new(), HallOfFame::default()), |s| (s.records.clone(), s.hall_of_fame.clone()));
+        let (mut records, mut hall_of_fame) =
+            self.state.as_ref().map_or((Vec::new(), HallOfFame::default()), |s| {
+                (s.records.clone(), s.hall_of_fame.clone())
+            });
         let generation = records.len() as u32;
         let so_far = hall_of_fame.best().map_or(0, |e| e.correct);
         let before = records.last().map_or(0, |r: &Record| r.evaluations_total);
-        let mut record = Record::of(generation, &new.members, so_far, (new.evaluations, before), new.initial);
+        let mut record =
+            Record::of(generation, &new.members, so_far, (new.evaluations, before), new.initial);
         for member in &new.members {
             hall_of_fame.offer(member.individual(), member.correct(), generation);
         }

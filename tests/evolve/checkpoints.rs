@@ -35,10 +35,7 @@ fn cut_anywhere() {
     let bytes = checkpoint::encode(&small_state(), ORIGIN);
     for len in 0..bytes.len() {
         let error = decode(&bytes[..len]).expect_err("cut").to_string();
-        assert!(
-            error.contains("runs/x/checkpoint") && error.contains("start the run again"),
-            "{len}: {error}"
-        );
+        assert!(error.contains("runs/x/checkpoint") && error.contains("start the run again"), "{len}: {error}");
     }
     assert!(matches!(decode(&[&bytes[..], b"x"].concat()), Err(CheckpointError::Length { .. })));
 }
@@ -93,12 +90,8 @@ fn other_data_and_other_settings() {
     run_in(&path, &small, tree(), 1);
 
     let (folder, recorded) = RunFolder::open(&path).expect("a run folder");
-    let error =
-        Evolution::in_folder(folder, &dataset_with(1), recorded, tree(), 1).err().expect("other data");
-    assert!(
-        matches!(error, RunError::Folder(FolderError::Checkpoint(CheckpointError::OtherData(_)))),
-        "{error}"
-    );
+    let error = Evolution::in_folder(folder, &dataset_with(1), recorded, tree(), 1).err().expect("other data");
+    assert!(matches!(error, RunError::Folder(FolderError::Checkpoint(CheckpointError::OtherData(_)))), "{error}");
 
     let text = read(&path, "settings.toml").replace("tournament = 7", "tournament = 3");
     fs::write(path.join("settings.toml"), text).expect("writable");

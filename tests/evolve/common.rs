@@ -55,8 +55,7 @@ pub fn never() -> AtomicBool {
 /// Runs to the end in a fresh folder and gives the last state.
 pub fn run_in(path: &Path, settings: &Settings, executor: Arc<dyn Executor>, threads: usize) -> State {
     let folder = RunFolder::create(path, settings, &toml::Table::new()).expect("a fresh folder");
-    let mut run =
-        Evolution::in_folder(folder, &dataset(), settings.clone(), executor, threads).expect("a run");
+    let mut run = Evolution::in_folder(folder, &dataset(), settings.clone(), executor, threads).expect("a run");
     assert_eq!(run.run(&never(), |_| ()).expect("no error"), StopReason::Finished);
     run.state().expect("a state").clone()
 }

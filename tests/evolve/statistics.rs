@@ -32,13 +32,13 @@ fn a_record_counts_what_is_there() {
     let mut constants = 0;
     for member in members {
         let answers = answers(member);
-        let solved = CaseBits::from_fn(answers.len(), |i| is_correct(answers[i], f64::from(labels[i]), 3.0));
+        let solved =
+            CaseBits::from_fn(answers.len(), |i| is_correct(answers[i], f64::from(labels[i]), 3.0));
         assert_eq!(solved, member.outcome.solved);
         correct.push(f64::from(member.correct()));
         let bits = |a: &f32| if a.is_nan() { None } else { Some(a.to_bits()) };
         behaviours.insert(answers.iter().map(bits).collect::<Vec<_>>());
-        constants +=
-            usize::from(answers.iter().all(|&a| a == answers[0] || (a.is_nan() && answers[0].is_nan())));
+        constants += usize::from(answers.iter().all(|&a| a == answers[0] || (a.is_nan() && answers[0].is_nan())));
     }
     correct.sort_by(f64::total_cmp);
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} is not {b}");
@@ -74,8 +74,7 @@ fn the_filter_keeps_what_looks_like_answers() {
         let distinct: HashSet<u64> = finite.map(|&a| (f64::from(a) + 0.0).to_bits()).collect();
         2 * in_range < answers.len() || distinct.len() < 5
     });
-    let (unfit, initial) =
-        (unfit.count() as u64, state.records[0].initial.expect("of the initial generation"));
+    let (unfit, initial) = (unfit.count() as u64, state.records[0].initial.expect("of the initial generation"));
     assert_eq!(unfit, initial.unfit_kept);
     assert!(unfit < 30, "{unfit} of 60 unfit after 200 draws");
     assert!(initial.draws > 120, "{} draws: the filter rejects most", initial.draws);
