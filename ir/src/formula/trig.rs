@@ -20,7 +20,7 @@ const SIN: [f32; 4] = [-1.836_199_5e-4, 8.306_265e-3, -0.166_648_22, 0.999_996_6
 /// cos r by powers of r², from the highest: absolute error below 5.4e-8 up to π/2.
 const COS: [f32; 5] = [2.318_903_4e-5, -1.385_570_9e-3, 4.166_396_3e-2, -0.499_999_3, 1.0];
 /// True tangents up to this magnitude have the promised accuracy; beyond, the argument is at a pole.
-pub const TAN_ACCURATE: f32 = 1024.0;
+pub const TAN_ACCURATE: f32 = 4096.0;
 
 /// tan r / r: numerator and denominator by powers of r², from the highest: relative error below 1.8e-8 up to π/4.
 const TAN: ([f32; 2], [f32; 2]) = ([-9.864_943_5, 102.995_41], [-44.196_796, 102.995_41]);
@@ -182,6 +182,7 @@ pub fn atan2<M: Machine + ?Sized>(m: &mut M, a: M::F, b: M::F) -> M::F {
     let less = m.select(steep, run, rise);
     let more = m.select(steep, rise, run);
     let (zero, one) = (m.f32(0.0), m.f32(1.0));
+    // Two infinities have no quotient; the diagonal they stand for does.
     let quotient = m.div(less, more);
     let equal = m.eq(rise, run);
     let t = m.select(equal, one, quotient);
@@ -194,6 +195,7 @@ pub fn atan2<M: Machine + ?Sized>(m: &mut M, a: M::F, b: M::F) -> M::F {
     let behind = m.lt(b, zero);
     let angle = m.select(behind, rest, angle);
     let angle = flip(m, angle, sign);
+    // Where `more` is 0, `less` is +0, or the NaN that the comparison above passed over.
     let origin = m.eq(more, zero);
-    m.select(origin, zero, angle)
+    m.select(origin, less, angle)
 }
