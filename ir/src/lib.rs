@@ -15,6 +15,7 @@
 //! * [`verify`]: well-formedness of whole programs, with precise messages;
 //! * [`text`]: the `.vir` form, an exact round trip;
 //! * [`reference`](mod@reference): the slow, obvious evaluator, the oracle of the language;
+//! * [`generate`]: random well-formed programs for tests;
 //! * [`machine`] and [`formula`]: every formula written once, over whatever computes it;
 //! * [`opt`]: the passes of the optimiser.
 //!
@@ -57,6 +58,7 @@
 
 pub mod builder;
 pub mod formula;
+pub mod generate;
 pub mod machine;
 pub mod op;
 pub mod opt;
@@ -68,5 +70,5 @@ pub mod window;
 
 pub use builder::Builder;
 pub use op::{Leaf, Op, Ty};
-pub use program::{Block, Direction, Inst, Loop, Program, Reg, Span};
+pub use program::{Block, Direction, Inst, Loop, Program, Reg, Region, Span};
 pub use window::{Moment, Operand, Operator, Rect, WindowAt, Windows};

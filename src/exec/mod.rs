@@ -98,10 +98,25 @@ pub enum ExecError {
     Memory(std::io::Error),
 }
 
+/// Refuses cases whose images are not of the candidate's size.
+pub(crate) fn check_size(candidate: &Candidate<'_>, cases: &CaseSet) -> Result<(), ExecError> {
+    let (program_width, program_height) = (candidate.width, candidate.height);
+    let (width, height) = (cases.width(), cases.height());
+    if (program_width, program_height) == (width, height) {
+        return Ok(());
+    }
+    Err(ExecError::ImageSize { program_width, program_height, width, height })
+}
+
 /// A way of running programs, shared by all threads.
 pub trait Executor: Send + Sync {
     /// The name in `--executor`.
     fn name(&self) -> &'static str;
+
+    /// Whether it runs lowered, optimised programs. If not, whoever uses it need not lower for its own sake.
+    fn lowers(&self) -> bool {
+        true
+    }
 
     /// A worker for one thread, with its contexts, code memory and scratch space.
     ///

@@ -1,0 +1,257 @@
+//! Algebraic rewrites, one row of a table each, exact to the bit.
+//!
+//! A row says what to look for, under which side conditions, and what stands for it. Binary32 is not the reals:
+//! `x + 0` is not `x` (for -0 it is +0), `x - x` is not 0 (infinities), `x * 0` is not 0; each row holds only
+//! what its conditions make true, and a test tries every row on the cross product of both zeros, subnormals,
+//! infinities, NaN and ordinary values.
+//!
+//! Rows of one operation are tried in order, after constants have been folded and commutative operands put in
+//! order (constants last). A row's result is simplified again.
+
+use crate::op::{Leaf, Op};
+use crate::opt::simplify::Writer;
+use crate::program::{Inst, Reg};
+
+/// What a row looks for, or what it puts there.
+#[derive(Debug, Clone, Copy)]
+pub enum Pattern {
+    /// Any register; the same variable stands for the same register throughout the row.
+    Var(u8),
+    /// Any binary32 constant.
+    Const(u8),
+    /// This binary32 constant, to the bit (any NaN for a NaN).
+    Is(f32),
+    /// This constant mask.
+    Truth(bool),
+    /// An operation.
+    Op(Op, &'static [Pattern]),
+    /// On the right side: the constant's negation.
+    Negated(u8),
+    /// On the right side: 1 divided by the constant.
+    Reciprocal(u8),
+}
+
+/// A side condition on a variable.
+#[derive(Debug, Clone, Copy)]
+pub enum Condition {
+    /// Never the zero with a minus sign.
+    NotNegativeZero(u8),
+    /// Never a NaN.
+    NotNan(u8),
+    /// Neither an infinity nor a NaN.
+    Finite(u8),
+    /// Finite, and at least +0.
+    Natural(u8),
+    /// A constant other than the two zeros.
+    NonZero(u8),
+    /// A constant whose reciprocal is exact and normal: a power of two of either sign.
+    PowerOfTwo(u8),
+}
+
+/// A row of the table.
+#[derive(Debug, Clone, Copy)]
+pub struct Rule {
+    /// A name for people.
+    pub name: &'static str,
+    /// What to look for; always an operation.
+    pub from: Pattern,
+    /// What must hold besides.
+    pub when: &'static [Condition],
+    /// What stands for it.
+    pub to: Pattern,
+}
+
+use Condition::{Finite, Natural, NonZero, NotNan, NotNegativeZero, PowerOfTwo};
+use Pattern::{Const, Is, Negated, Reciprocal, Truth, Var};
+
+const X: Pattern = Var(0);
+const Y: Pattern = Var(1);
+const Z: Pattern = Var(2);
+const P: Pattern = Var(3);
+const Q: Pattern = Var(4);
+const C: Pattern = Const(0);
+
+macro_rules! rules {
+    ($( $name:literal: $op:ident($($arg:expr),*) $(when $($cond:expr),+)? => $to:expr; )*) => {
+        /// The table.
+        pub const RULES: &[Rule] = &[ $( Rule {
+            name: $name,
+            from: Pattern::Op(Op::$op, &[$($arg),*]),
+            when: &[$($($cond),+)?],
+            to: $to,
+        }, )* ];
+    };
+}
+
+const fn not(p: &'static [Pattern; 1]) -> Pattern {
+    Pattern::Op(Op::Not, p)
+}
+
+rules! {
+    "add -0": Add(X, Is(-0.0)) => X;
+    "add +0": Add(X, Is(0.0)) when NotNegativeZero(0) => X;
+    "add NaN": Add(X, Is(f32::NAN)) => Is(f32::NAN);
+    "sub itself": Sub(X, X) when Finite(0) => Is(0.0);
+    "sub constant": Sub(X, C) => Pattern::Op(Op::Add, &[X, Negated(0)]);
+    "mul 1": Mul(X, Is(1.0)) => X;
+    "mul 2": Mul(X, Is(2.0)) => Pattern::Op(Op::Add, &[X, X]);
+    "mul 0": Mul(X, Is(0.0)) when Natural(0) => Is(0.0);
+    "mul NaN": Mul(X, Is(f32::NAN)) => Is(f32::NAN);
+    "div 1": Div(X, Is(1.0)) => X;
+    "div power of two": Div(X, C) when PowerOfTwo(0) => Pattern::Op(Op::Mul, &[X, Reciprocal(0)]);
+    "div NaN": Div(X, Is(f32::NAN)) => Is(f32::NAN);
+    "NaN div": Div(Is(f32::NAN), X) => Is(f32::NAN);
+    "pdiv +0": PDiv(X, Is(0.0)) => Is(1.0);
+    "pdiv -0": PDiv(X, Is(-0.0)) => Is(1.0);
+    "pdiv constant": PDiv(X, C) when NonZero(0) => Pattern::Op(Op::Div, &[X, C]);
+    "pdiv itself": PDiv(X, X) when Finite(0) => Is(1.0);
+    "min itself": Min(X, X) => X;
+    "min NaN": Min(X, Is(f32::NAN)) => Is(f32::NAN);
+    "NaN min": Min(Is(f32::NAN), X) => X;
+    "min again": Min(Pattern::Op(Op::Min, &[X, Y]), Y) => Pattern::Op(Op::Min, &[X, Y]);
+    "max itself": Max(X, X) => X;
+    "max NaN": Max(X, Is(f32::NAN)) => Is(f32::NAN);
+    "NaN max": Max(Is(f32::NAN), X) => X;
+    "max again": Max(Pattern::Op(Op::Max, &[X, Y]), Y) => Pattern::Op(Op::Max, &[X, Y]);
+    "lt itself": Lt(X, X) => Truth(false);
+    "lt NaN": Lt(X, Is(f32::NAN)) => Truth(false);
+    "NaN lt": Lt(Is(f32::NAN), X) => Truth(false);
+    "lt infinity": Lt(Is(f32::INFINITY), X) => Truth(false);
+    "lt -infinity": Lt(X, Is(f32::NEG_INFINITY)) => Truth(false);
+    "natural lt +0": Lt(X, Is(0.0)) when Natural(0) => Truth(false);
+    "natural lt -0": Lt(X, Is(-0.0)) when Natural(0) => Truth(false);
+    "le itself": Le(X, X) when NotNan(0) => Truth(true);
+    "le NaN": Le(X, Is(f32::NAN)) => Truth(false);
+    "NaN le": Le(Is(f32::NAN), X) => Truth(false);
+    "le infinity": Le(X, Is(f32::INFINITY)) when NotNan(0) => Truth(true);
+    "-infinity le": Le(Is(f32::NEG_INFINITY), X) when NotNan(0) => Truth(true);
+    "+0 le natural": Le(Is(0.0), X) when Natural(0) => Truth(true);
+    "-0 le natural": Le(Is(-0.0), X) when Natural(0) => Truth(true);
+    "eq itself": Eq(X, X) when NotNan(0) => Truth(true);
+    "eq NaN": Eq(X, Is(f32::NAN)) => Truth(false);
+    "select the same": Select(P, X, X) => X;
+    "select true": Select(Truth(true), X, Y) => X;
+    "select false": Select(Truth(false), X, Y) => Y;
+    "select not": Select(not(&[P]), X, Y) => Pattern::Op(Op::Select, &[P, Y, X]);
+    "select again, then": Select(P, Pattern::Op(Op::Select, &[P, X, Y]), Z) => Pattern::Op(Op::Select, &[P, X, Z]);
+    "select again, else": Select(P, X, Pattern::Op(Op::Select, &[P, Y, Z])) => Pattern::Op(Op::Select, &[P, X, Z]);
+    "select lesser": Select(Pattern::Op(Op::Lt, &[X, Y]), X, Y) => Pattern::Op(Op::Min, &[X, Y]);
+    "select greater": Select(Pattern::Op(Op::Lt, &[X, Y]), Y, X) => Pattern::Op(Op::Max, &[Y, X]);
+    "and itself": And(P, P) => P;
+    "and true": And(P, Truth(true)) => P;
+    "and false": And(P, Truth(false)) => Truth(false);
+    "and not": And(P, not(&[P])) => Truth(false);
+    "not and": And(not(&[P]), P) => Truth(false);
+    "and again, left": And(Pattern::Op(Op::And, &[P, Q]), P) => Pattern::Op(Op::And, &[P, Q]);
+    "and again, right": And(Pattern::Op(Op::And, &[P, Q]), Q) => Pattern::Op(Op::And, &[P, Q]);
+    "and before, left": And(P, Pattern::Op(Op::And, &[P, Q])) => Pattern::Op(Op::And, &[P, Q]);
+    "and before, right": And(P, Pattern::Op(Op::And, &[Q, P])) => Pattern::Op(Op::And, &[Q, P]);
+    "and or, left": And(P, Pattern::Op(Op::Or, &[P, Q])) => P;
+    "and or, right": And(P, Pattern::Op(Op::Or, &[Q, P])) => P;
+    "or itself": Or(P, P) => P;
+    "or true": Or(P, Truth(true)) => Truth(true);
+    "or false": Or(P, Truth(false)) => P;
+    "or not": Or(P, not(&[P])) => Truth(true);
+    "not or": Or(not(&[P]), P) => Truth(true);
+    "or again, left": Or(Pattern::Op(Op::Or, &[P, Q]), P) => Pattern::Op(Op::Or, &[P, Q]);
+    "or again, right": Or(Pattern::Op(Op::Or, &[P, Q]), Q) => Pattern::Op(Op::Or, &[P, Q]);
+    "or before, left": Or(P, Pattern::Op(Op::Or, &[P, Q])) => Pattern::Op(Op::Or, &[P, Q]);
+    "or before, right": Or(P, Pattern::Op(Op::Or, &[Q, P])) => Pattern::Op(Op::Or, &[Q, P]);
+    "or and, left": Or(P, Pattern::Op(Op::And, &[P, Q])) => P;
+    "or and, right": Or(P, Pattern::Op(Op::And, &[Q, P])) => P;
+    "not not": Not(not(&[P])) => P;
+}
+
+/// The rows of each operation: `RULES[START[op]..]` while the operation is the same.
+const START: [u16; Op::ALL.len()] = {
+    let mut start = [u16::MAX; Op::ALL.len()];
+    let mut i = RULES.len();
+    while i > 0 {
+        i -= 1;
+        if let Pattern::Op(op, _) = RULES[i].from {
+            start[op as usize] = i as u16;
+        }
+    }
+    start
+};
+
+/// Rewrites an instruction by the first row that applies; the register that stands for it.
+pub fn apply(writer: &mut Writer, inst: &Inst) -> Option<Reg> {
+    let start = START[inst.op() as usize] as usize;
+    let rules = RULES.get(start..)?.iter();
+    let of_op = |rule: &&Rule| matches!(rule.from, Pattern::Op(op, _) if op == inst.op());
+    for rule in rules.take_while(of_op) {
+        let mut bindings = Bindings::default();
+        let Pattern::Op(_, args) = rule.from else { continue };
+        let found = args.iter().zip(inst.args()).all(|(p, reg)| bindings.matches(writer, p, *reg));
+        if found && rule.when.iter().all(|c| bindings.holds(writer, c)) {
+            return Some(bindings.build(writer, &rule.to));
+        }
+    }
+    None
+}
+
+#[derive(Default)]
+struct Bindings {
+    vars: [Option<Reg>; 5],
+    constants: [f32; 1],
+}
+
+impl Bindings {
+    fn matches(&mut self, writer: &Writer, pattern: &Pattern, reg: Reg) -> bool {
+        match *pattern {
+            Var(v) => *self.vars[v as usize].get_or_insert(reg) == reg,
+            Const(c) => match writer.constant(reg) {
+                Some(Leaf::Const(value)) => {
+                    self.constants[c as usize] = value;
+                    true
+                }
+                _ => false,
+            },
+            Is(wanted) => {
+                writer.constant(reg).is_some_and(|leaf| leaf.encode() == Leaf::Const(wanted).encode())
+            }
+            Truth(wanted) => writer.constant(reg) == Some(Leaf::MConst(wanted)),
+            Pattern::Op(op, args) => {
+                let inst = *writer.inst(reg);
+                inst.op() == op && args.iter().zip(inst.args()).all(|(p, arg)| self.matches(writer, p, *arg))
+            }
+            Negated(_) | Reciprocal(_) => false,
+        }
+    }
+
+    fn holds(&self, writer: &Writer, condition: &Condition) -> bool {
+        let facts = |v: u8| self.vars[v as usize].map_or(super::facts::Facts::ANY, |reg| writer.facts(reg));
+        match *condition {
+            NotNegativeZero(v) => !facts(v).negative_zero,
+            NotNan(v) => !facts(v).nan,
+            Finite(v) => facts(v).finite(),
+            Natural(v) => facts(v) == super::facts::Facts::NATURAL,
+            NonZero(c) => self.constants[c as usize] != 0.0,
+            PowerOfTwo(c) => is_exactly_invertible(self.constants[c as usize]),
+        }
+    }
+
+    fn build(&self, writer: &mut Writer, pattern: &Pattern) -> Reg {
+        match *pattern {
+            Var(v) => self.vars[v as usize].expect("a row's right side uses its left side's variables"),
+            Const(c) => writer.leaf(Leaf::Const(self.constants[c as usize])),
+            Is(value) => writer.leaf(Leaf::Const(value)),
+            Truth(value) => writer.leaf(Leaf::MConst(value)),
+            Negated(c) => writer.leaf(Leaf::Const(-self.constants[c as usize])),
+            Reciprocal(c) => writer.leaf(Leaf::Const(1.0 / self.constants[c as usize])),
+            Pattern::Op(op, args) => {
+                let mut regs = [Reg(0); 3];
+                for (reg, arg) in regs.iter_mut().zip(args) {
+                    *reg = self.build(writer, arg);
+                }
+                writer.push(Inst::new(op, regs, 0))
+            }
+        }
+    }
+}
+
+/// Whether 1 / c is exact and both are normal: dividing by c is then multiplying by its reciprocal.
+pub fn is_exactly_invertible(c: f32) -> bool {
+    c.is_normal() && c.to_bits() & 0x007f_ffff == 0 && (1.0 / c).is_normal()
+}

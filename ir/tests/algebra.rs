@@ -1,0 +1,170 @@
+//! Every row of the rewrite table, on the cross product of special values; the facts it relies on; folding.
+
+use vsonar_ir::generate::SPECIAL;
+use vsonar_ir::machine::Scalar;
+use vsonar_ir::op::Value;
+use vsonar_ir::opt::algebra::{Condition, Pattern, RULES, is_exactly_invertible};
+use vsonar_ir::opt::facts::Facts;
+use vsonar_ir::{Builder, Leaf, Op, Ty};
+
+/// One choice of values for a row's variables.
+struct Binding {
+    floats: [f32; 3],
+    masks: [bool; 2],
+    constant: f32,
+}
+
+impl Binding {
+    fn holds(&self, condition: &Condition) -> bool {
+        let value = |v: u8| self.floats[v as usize];
+        match *condition {
+            Condition::NotNegativeZero(v) => value(v).to_bits() != (-0.0f32).to_bits(),
+            Condition::NotNan(v) => !value(v).is_nan(),
+            Condition::Finite(v) => value(v).is_finite(),
+            Condition::Natural(v) => value(v).is_finite() && value(v).is_sign_positive(),
+            Condition::NonZero(_) => self.constant != 0.0,
+            Condition::PowerOfTwo(_) => is_exactly_invertible(self.constant),
+        }
+    }
+
+    fn value(&self, pattern: &Pattern) -> Value<Scalar> {
+        match *pattern {
+            Pattern::Var(v @ 0..=2) => Value::F32(self.floats[v as usize]),
+            Pattern::Var(v) => Value::Mask(self.masks[v as usize - 3]),
+            Pattern::Const(_) => Value::F32(self.constant),
+            Pattern::Is(value) => Value::F32(value),
+            Pattern::Truth(value) => Value::Mask(value),
+            Pattern::Negated(_) => Value::F32(-self.constant),
+            Pattern::Reciprocal(_) => Value::F32(1.0 / self.constant),
+            Pattern::Op(op, args) => {
+                let args: Vec<Value<Scalar>> = args.iter().map(|arg| self.value(arg)).collect();
+                op.apply(&mut Scalar, &args, 0).expect("rows hold no leaves")
+            }
+        }
+    }
+}
+
+fn same(a: Value<Scalar>, b: Value<Scalar>) -> bool {
+    match (a, b) {
+        (Value::F32(a), Value::F32(b)) => a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan(),
+        (Value::Mask(a), Value::Mask(b)) => a == b,
+        _ => false,
+    }
+}
+
+#[test]
+fn every_row_is_exact() {
+    for rule in RULES {
+        let mut tried = 0;
+        for x in SPECIAL {
+            for y in SPECIAL {
+                for z in SPECIAL {
+                    for masks in [[false, false], [false, true], [true, false], [true, true]] {
+                        // The constant takes the role of y's values; no row has both.
+                        let binding = Binding { floats: [x, y, z], masks, constant: z };
+                        if !rule.when.iter().all(|condition| binding.holds(condition)) {
+                            continue;
+                        }
+                        tried += 1;
+                        let (from, to) = (binding.value(&rule.from), binding.value(&rule.to));
+                        assert!(
+                            same(from, to),
+                            "{}: x {x:e}, y {y:e}, z or constant {z:e}, masks {masks:?}",
+                            rule.name
+                        );
+                    }
+                }
+            }
+        }
+        assert!(tried > 100, "{}: its conditions never hold", rule.name);
+    }
+}
+
+#[test]
+fn side_conditions_are_needed() {
+    // A condition that excludes nothing would be a mistake in the row (or in this test's reading of it).
+    for rule in RULES.iter().filter(|rule| !rule.when.is_empty()) {
+        let wrong = SPECIAL.iter().any(|&x| {
+            SPECIAL.iter().any(|&c| {
+                let binding = Binding { floats: [x, x, x], masks: [true, false], constant: c };
+                !rule.when.iter().all(|condition| binding.holds(condition))
+                    && !same(binding.value(&rule.from), binding.value(&rule.to))
+            })
+        });
+        assert!(wrong, "{}: holds without its conditions too", rule.name);
+    }
+}
+
+#[test]
+fn rows_stand_by_operation_and_have_names() {
+    let op = |i: usize| match RULES[i].from {
+        Pattern::Op(op, _) => op,
+        _ => panic!("{}: a row looks for an operation", RULES[i].name),
+    };
+    for i in 1..RULES.len() {
+        let seen_before = (0..i - 1).any(|j| op(j) == op(i));
+        assert!(op(i) == op(i - 1) || !seen_before, "{}: rows of an operation stand together", RULES[i].name);
+        assert!((0..i).all(|j| RULES[j].name != RULES[i].name), "{} twice", RULES[i].name);
+    }
+}
+
+#[test]
+fn facts_never_lie() {
+    // For each operation on f32s: values that honour the operands' facts never give a result that the
+    // inferred facts exclude.
+    let honours = |v: f32, f: Facts| {
+        (f.nan || !v.is_nan())
+            && (f.infinite || !v.is_infinite())
+            && (f.negative || v.is_nan() || v >= 0.0)
+            && (f.negative_zero || v.to_bits() != (-0.0f32).to_bits())
+    };
+    let all_facts: Vec<Facts> = (0..16)
+        .map(|bits| Facts {
+            nan: bits & 1 != 0,
+            infinite: bits & 2 != 0,
+            negative: bits & 4 != 0,
+            negative_zero: bits & 8 != 0,
+        })
+        .collect();
+    let float_ops = |op: &&Op| !op.is_leaf() && op.result() == Ty::F32 && !op.operands().contains(&Ty::I32);
+    for &op in Op::ALL.iter().filter(float_ops) {
+        let mut b = Builder::new();
+        let args: Vec<_> = op
+            .operands()
+            .iter()
+            .map(|ty| b.leaf(if *ty == Ty::Mask { Leaf::MConst(true) } else { Leaf::Y }))
+            .collect();
+        b.push(op, &args).expect("well typed");
+        // The same operand twice, for what is known of squares.
+        let square = (op == Op::Mul).then(|| b.push(op, &[args[0], args[0]]).expect("well typed"));
+        let block = b.block();
+        let inst = block.insts()[args.len()];
+        for &fa in &all_facts {
+            for &fb in &all_facts {
+                let facts_of =
+                    |i: usize| if op == Op::Select && i == 2 || op != Op::Select && i == 1 { fb } else { fa };
+                let inferred = Facts::infer(&inst, facts_of);
+                for a in SPECIAL.into_iter().filter(|v| honours(*v, fa)) {
+                    for b in SPECIAL.into_iter().filter(|v| honours(*v, fb)) {
+                        for mask in [false, true] {
+                            let values: Vec<Value<Scalar>> = match op.operands() {
+                                [Ty::Mask, ..] => vec![Value::Mask(mask), Value::F32(a), Value::F32(b)],
+                                [_] => vec![Value::F32(a)],
+                                _ => vec![Value::F32(a), Value::F32(b)],
+                            };
+                            let result = op.apply(&mut Scalar, &values, 0).expect("no leaf").f32();
+                            assert!(
+                                honours(result, inferred),
+                                "{op:?} {a:e} {b:e}: {result:e} against {inferred:?}"
+                            );
+                        }
+                    }
+                    if let Some(square) = square {
+                        let inferred = Facts::infer(&block.inst(square), |_| fa);
+                        assert!(honours(a * a, inferred), "square of {a:e} against {inferred:?}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! Fitness: which cases an individual solves, and what that is worth.
+//!
+//! What an individual solves is kept as a bit set, so that any way of selecting (on the share of cases solved,
+//! on shared fitness, on single cases) can be computed from it without running anything again.
+
+use std::sync::Arc;
+
+/// Whether an answer counts as correct: within `tolerance` rows of the label, computed in binary64 from the
+/// unrounded answer. A non-finite answer never does.
+pub fn is_correct(answer: f32, label: f64, tolerance: f64) -> bool {
+    answer.is_finite() && (f64::from(answer) - label).abs() <= tolerance
+}
+
+/// The set of fitness cases an individual solves.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct CaseBits {
+    words: Arc<[u64]>,
+    len: u32,
+}
+
+impl CaseBits {
+    /// The set of those of `len` cases of which `solved` says yes.
+    pub fn from_fn(len: usize, mut solved: impl FnMut(usize) -> bool) -> CaseBits {
+        let words = (0..len.div_ceil(64)).map(|w| {
+            let bits = (64 * w)..len.min(64 * w + 64);
+            bits.fold(0u64, |word, i| word | u64::from(solved(i)) << (i % 64))
+        });
+        CaseBits { words: words.collect(), len: len as u32 }
+    }
+
+    /// The set stored as words of 64 cases, the first case in the lowest bit; `None` if their number does not
+    /// fit `len` cases or a bit beyond the last case is set.
+    pub fn from_words(words: &[u64], len: usize) -> Option<CaseBits> {
+        let beyond = if len.is_multiple_of(64) { 0 } else { !0u64 << (len % 64) };
+        let fits = words.len() == len.div_ceil(64) && words.last().is_none_or(|w| w & beyond == 0);
+        fits.then(|| CaseBits { words: words.into(), len: len as u32 })
+    }
+
+    /// The words of 64 cases, the first case in the lowest bit.
+    pub fn words(&self) -> &[u64] {
+        &self.words
+    }
+
+    /// How many cases there are, solved or not.
+    pub fn len(&self) -> usize {
+        self.len as usize
+    }
+
+    /// Whether there is no case at all.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// How many cases are solved.
+    pub fn count(&self) -> u32 {
+        self.words.iter().map(|w| w.count_ones()).sum()
+    }
+
+    /// Raw fitness: the share of the cases that are solved, 0 to 1.
+    pub fn fitness(&self) -> f64 {
+        share(self.count(), self.len)
+    }
+
+    /// Whether case `i` is solved.
+    pub fn contains(&self, i: usize) -> bool {
+        i < self.len() && self.words[i / 64] >> (i % 64) & 1 == 1
+    }
+
+    /// The solved cases in ascending order.
+    pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
+        self.words.iter().enumerate().flat_map(|(w, &word)| {
+            std::iter::successors((word != 0).then_some(word), |&rest| {
+                let rest = rest & (rest - 1);
+                (rest != 0).then_some(rest)
+            })
+            .map(move |rest| 64 * w + rest.trailing_zeros() as usize)
+        })
+    }
+}
+
+/// `part` of `whole` as a number from 0 to 1; 0 of 0 is 0.
+pub(super) fn share(part: u32, whole: u32) -> f64 {
+    f64::from(part) / f64::from(whole.max(1))
+}
+
+/// Case-wise shared fitness of each member of a population: a solved case counts 1 / number of members that
+/// solve it, so that the whole population shares one unit for each case that anyone solves. The terms are summed in
+/// the order of the cases.
+///
+/// Implicit fitness sharing: R. E. Smith, S. Forrest, A. S. Perelson, *Searching for diverse, cooperative
+/// populations with genetic algorithms*, 1993; for GP, R. I. McKay, *Fitness sharing in genetic programming*,
+/// 2000.
+pub fn shared_fitness<'a>(population: impl Iterator<Item = &'a CaseBits> + Clone) -> Vec<f64> {
+    let cases = population.clone().map(CaseBits::len).max().unwrap_or(0);
+    let mut solvers = vec![0u32; cases];
+    for bits in population.clone() {
+        bits.iter().for_each(|case| solvers[case] += 1);
+    }
+    let worth: Vec<f64> = solvers.iter().map(|&n| 1.0 / f64::from(n.max(1))).collect();
+    population.map(|bits| bits.iter().fold(0.0, |sum, case| sum + worth[case])).collect()
+}
+
+/// A 64-bit hash of a sequence of words, the same on every machine.
+pub(super) fn hash64(words: impl Iterator<Item = u64>) -> u64 {
+    // The finaliser of SplitMix64 (Steele, Lea, Flood 2014), chained.
+    let mix = |mut z: u64| {
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    };
+    words.fold(0x9e37_79b9_7f4a_7c15, |hash, word| {
+        mix(hash ^ mix(word.wrapping_add(0x9e37_79b9_7f4a_7c15))).wrapping_add(0x9e37_79b9_7f4a_7c15)
+    })
+}
+
+/// A hash of what an individual answers: equal answers give equal hashes, all NaNs being one value.
+pub(super) fn behaviour(answers: &[f32]) -> u64 {
+    hash64(answers.iter().map(|a| u64::from(if a.is_nan() { f32::NAN.to_bits() } else { a.to_bits() })))
+}
+
+/// Whether all answers are one value, all NaNs being one, and so are both zeros.
+pub(super) fn is_constant(answers: &[f32]) -> bool {
+    let Some(&first) = answers.first() else { return true };
+    answers.iter().all(|&a| a == first || (a.is_nan() && first.is_nan()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tolerance_is_exact() {
+        assert!(is_correct(110.0, 100.0, 10.0) && is_correct(90.0, 100.0, 10.0));
+        assert!(!is_correct(110.00001, 100.0, 10.0) && !is_correct(89.99999, 100.0, 10.0));
+        assert!(!is_correct(f32::NAN, 0.0, 10.0) && !is_correct(f32::INFINITY, 0.0, 10.0));
+    }
+
+    #[test]
+    fn bits_are_kept() {
+        for len in [0usize, 1, 63, 64, 65, 130] {
+            let bits = CaseBits::from_fn(len, |i| i % 3 == 0);
+            let expected: Vec<usize> = (0..len).filter(|i| i % 3 == 0).collect();
+            assert_eq!(bits.iter().collect::<Vec<_>>(), expected);
+            assert_eq!(bits.count() as usize, expected.len());
+            assert!((0..len + 3).all(|i| bits.contains(i) == (i < len && i % 3 == 0)));
+            assert_eq!(CaseBits::from_words(bits.words(), len), Some(bits));
+        }
+        assert_eq!(CaseBits::from_words(&[0b1000], 3), None);
+        assert_eq!(CaseBits::from_words(&[0, 0], 64), None);
+    }
+
+    #[test]
+    fn sharing_by_hand() {
+        let set = |bits: &'static [usize]| CaseBits::from_fn(4, move |i| bits.contains(&i));
+        // Case 0 has three solvers, 1 has one, 2 has two, 3 has none.
+        let population = [set(&[0, 1]), set(&[0, 2]), set(&[0, 2]), set(&[])];
+        let third = 1.0 / 3.0;
+        assert_eq!(shared_fitness(population.iter()), [third + 1.0, third + 0.5, third + 0.5, 0.0]);
+    }
+
+    #[test]
+    fn behaviours_and_constants() {
+        let other_nan = f32::from_bits(0x7fc0_0001);
+        assert_eq!(behaviour(&[1.0, f32::NAN]), behaviour(&[1.0, other_nan]));
+        assert_ne!(behaviour(&[1.0, 2.0]), behaviour(&[2.0, 1.0]));
+        assert_ne!(behaviour(&[0.0]), behaviour(&[0.0, 0.0]));
+        assert!(is_constant(&[f32::NAN, other_nan]) && is_constant(&[0.0, -0.0]) && !is_constant(&[0.0, 1.0]));
+    }
+}

@@ -1,0 +1,243 @@
+//! The run folder: everything that is recorded of a run.
+//!
+//! | file | content |
+//! |---|---|
+//! | `settings.toml` | every setting in full, and the table `[data]`: where the fitness cases come from |
+//! | `log.jsonl` | a line a generation, see [`Record`](super::Record) |
+//! | `best.gp` | the best individual so far, as program text |
+//! | `hall_of_fame.jsonl` | the best individual of each size, see [`EntryLine`](super::EntryLine) |
+//! | `checkpoint` | the whole state after the last complete generation |
+//! | `lock` | empty; locked by the process that writes the folder |
+//!
+//! The checkpoint is the truth: the other files can be made from it (and its settings), and are when a run is
+//! resumed. So however a run ended, the resumed run's files are those of a run that was never interrupted.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::checkpoint::{self, CheckpointError, Origin, State};
+use super::durable::{self, FileError, Naming, Sync, append_line, replace};
+use super::lock::Lock;
+use super::settings::{Settings, SettingsError};
+
+/// Why a run folder cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// It could not be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// There is something of that name already.
+    #[error(
+        "{}: the run folder exists already and is never overwritten; go on with that run (`--resume {}`), or choose another name (`--out`)", .0.display(), .0.display()
+    )]
+    Exists(PathBuf),
+    /// It is not a run folder.
+    #[error("{}: there is no settings.toml, so this is not a run folder; start a new run with another `--out`", .0.display())]
+    NotARun(PathBuf),
+    /// Another process writes it.
+    #[error("{}: another process is writing this run folder; wait until it has ended, or stop it", .0.display())]
+    Locked(PathBuf),
+    /// Its settings cannot be read.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Its checkpoint cannot be used.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+}
+
+/// A run folder, locked for as long as the value lives.
+#[derive(Debug)]
+pub struct RunFolder {
+    path: PathBuf,
+    data: toml::Table,
+    _lock: Lock,
+}
+
+#[derive(Deserialize)]
+struct DataTable {
+    #[serde(default)]
+    data: toml::Table,
+}
+
+impl RunFolder {
+    /// Makes a fresh run folder with its `settings.toml`. `data` says where the fitness cases come from, in
+    /// the caller's terms; it is given back by [`RunFolder::open`].
+    ///
+    /// # Errors
+    /// If there is anything of that name already, or the folder cannot be written; then nothing is left behind.
+    pub fn create(path: &Path, settings: &Settings, data: &toml::Table) -> Result<RunFolder, FolderError> {
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent).naming(parent, "make the folder")?;
+        }
+        match fs::create_dir(path) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                return Err(FolderError::Exists(path.to_path_buf()));
+            }
+            made => made.naming(path, "make the run folder")?,
+        }
+        let filled = RunFolder::lock(path, data.clone()).and_then(|folder| {
+            folder.write_settings(settings)?;
+            durable::sync_folder_of(path)?;
+            Ok(folder)
+        });
+        if filled.is_err() {
+            // Made a moment ago, by us: nothing of anyone else's is in it.
+            let _ = fs::remove_dir_all(path);
+        }
+        filled
+    }
+
+    /// Makes a fresh run folder `NAME-seed-S` below `parent`, or the first of `NAME-seed-S-2`, `NAME-seed-S-3`
+    /// and so on that is free.
+    ///
+    /// # Errors
+    /// As [`RunFolder::create`].
+    pub fn create_numbered(
+        parent: &Path,
+        name: &str,
+        settings: &Settings,
+        data: &toml::Table,
+    ) -> Result<RunFolder, FolderError> {
+        let base = format!("{name}-seed-{}", settings.seed);
+        let mut number = 1u32;
+        loop {
+            let leaf = if number == 1 { base.clone() } else { format!("{base}-{number}") };
+            match RunFolder::create(&parent.join(leaf), settings, data) {
+                Err(FolderError::Exists(_)) if number < u32::MAX => number += 1,
+                made => return made,
+            }
+        }
+    }
+
+    /// Opens a run folder to go on with its run, and gives its settings.
+    ///
+    /// # Errors
+    /// If it is no run folder, another process writes it, or its settings cannot be read.
+    pub fn open(path: &Path) -> Result<(RunFolder, Settings), FolderError> {
+        let file = path.join("settings.toml");
+        let text = match fs::read_to_string(&file) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                return Err(FolderError::NotARun(path.to_path_buf()));
+            }
+            text => text.naming(&file, "read the file")?,
+        };
+        let settings = Settings::from_toml(&text, &file.display().to_string())?;
+        // The text was just read as settings, so it is TOML.
+        let data = toml::from_str::<DataTable>(&text).map(|t| t.data).unwrap_or_default();
+        let folder = RunFolder::lock(path, data)?;
+        let replaced = ["settings.toml", "log.jsonl", "best.gp", "hall_of_fame.jsonl", "checkpoint"];
+        durable::remove_leftovers(&replaced.map(|name| path.join(name)));
+        Ok((folder, settings))
+    }
+
+    fn lock(path: &Path, data: toml::Table) -> Result<RunFolder, FolderError> {
+        let lock = Lock::take(path).naming(path, "lock the run folder")?;
+        let lock = lock.ok_or_else(|| FolderError::Locked(path.to_path_buf()))?;
+        Ok(RunFolder { path: path.to_path_buf(), data, _lock: lock })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where the fitness cases come from, as the maker of the folder described it.
+    pub fn data(&self) -> &toml::Table {
+        &self.data
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Writes the settings in full.
+    pub(super) fn write_settings(&self, settings: &Settings) -> Result<(), FolderError> {
+        let mut text = String::from("# The settings of this run, in full; it can be repeated with `--settings`.\n\n");
+        text.push_str(&settings.to_toml());
+        let mut data = toml::Table::new();
+        data.insert("data".to_string(), toml::Value::Table(self.data.clone()));
+        let _ = write!(text, "\n# Where the fitness cases come from.\n{data}");
+        Ok(replace(&self.file("settings.toml"), text.as_bytes(), Sync::Now)?)
+    }
+
+    /// Records a state whose last generation is not recorded yet. The checkpoint comes last: until it is in
+    /// place, the run stands where it stood before.
+    pub(super) fn save(&self, state: &State, origin: Origin) -> Result<(), FolderError> {
+        if let Some(record) = state.records.last() {
+            append_line(&self.file("log.jsonl"), &line(record))?;
+        }
+        self.write_best(state)?;
+        Ok(replace(&self.file("checkpoint"), &checkpoint::encode(state, origin), Sync::Now)?)
+    }
+
+    /// The state of the last complete generation, if there is one.
+    pub(super) fn load(&self, origin: Origin) -> Result<Option<State>, FolderError> {
+        let path = self.file("checkpoint");
+        let bytes = match fs::read(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            bytes => bytes.naming(&path, "read the checkpoint")?,
+        };
+        Ok(Some(checkpoint::decode(&bytes, origin, &path)?))
+    }
+
+    /// Makes log, best individual and hall of fame what they were when the state was recorded (`None`: before
+    /// the first generation).
+    pub(super) fn repair(&self, state: Option<&State>) -> Result<(), FolderError> {
+        let records = state.map_or(&[][..], |s| &s.records);
+        let log: String = records.iter().map(|record| line(record) + "\n").collect();
+        replace(&self.file("log.jsonl"), log.as_bytes(), Sync::Now)?;
+        if let Some(state) = state {
+            return self.write_best(state);
+        }
+        for name in ["best.gp", "hall_of_fame.jsonl"] {
+            match fs::remove_file(self.file(name)) {
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                removed => removed.naming(&self.file(name), "remove the file")?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings everything to the disk at the end of a run.
+    pub(super) fn sync(&self) -> Result<(), FolderError> {
+        for name in ["log.jsonl", "best.gp", "hall_of_fame.jsonl"] {
+            let path = self.file(name);
+            if path.exists() {
+                durable::sync_path(&path)?;
+            }
+        }
+        Ok(durable::sync_path(&self.path)?)
+    }
+
+    fn write_best(&self, state: &State) -> Result<(), FolderError> {
+        let (Some(best), Some(member)) = (state.hall_of_fame.best(), state.population.first()) else {
+            return Ok(());
+        };
+        let cases = member.outcome.solved.len();
+        let nodes = best.individual.len();
+        let text = format!(
+            "; solves {} of {cases} training cases; {nodes} nodes; from generation {}\n{}\n",
+            best.correct, best.generation, best.individual
+        );
+        replace_if_new(&self.file("best.gp"), &text)?;
+        let lines = state.hall_of_fame.lines(cases as u32);
+        let hall: String = lines.iter().map(|entry| line(entry) + "\n").collect();
+        replace_if_new(&self.file("hall_of_fame.jsonl"), &hall)
+    }
+}
+
+fn line(value: &impl serde::Serialize) -> String {
+    // Structs of numbers and strings always have a JSON form.
+    serde_json::to_string(value).unwrap_or_default()
+}
+
+fn replace_if_new(path: &Path, text: &str) -> Result<(), FolderError> {
+    if fs::read(path).is_ok_and(|old| old == text.as_bytes()) {
+        return Ok(());
+    }
+    Ok(replace(path, text.as_bytes(), Sync::Later)?)
+}

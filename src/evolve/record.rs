@@ -1,0 +1,146 @@
+//! What is recorded of a generation: a line of `log.jsonl`.
+
+use serde::{Deserialize, Serialize};
+
+use super::fitness::share;
+use super::population::{Genotype, Member};
+
+/// A generation in numbers. All but [`Record::timing`] is the same on every machine, at any number of threads,
+/// and with every executor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Number of the generation; the initial one is 0.
+    pub generation: u32,
+    /// Highest share of the training cases that a member of this generation solves.
+    pub best_fitness: f64,
+    /// Mean of it over the generation.
+    pub mean_fitness: f64,
+    /// Median of it over the generation.
+    pub median_fitness: f64,
+    /// Highest share of the cases solved in this or any earlier generation.
+    pub best_fitness_so_far: f64,
+    /// Individuals evaluated for this generation: every draw of the initial one; later all but copies of
+    /// parents. Results known from a cache count, so the number does not depend on the cache.
+    pub evaluations: u64,
+    /// Individuals evaluated so far, this generation included.
+    pub evaluations_total: u64,
+    /// Nodes of the generation's best member (the smallest of the best).
+    pub best_nodes: u32,
+    /// Nodes of a member, on average.
+    pub mean_nodes: f64,
+    /// Nodes of the largest member.
+    pub max_nodes: u32,
+    /// Depth of a member (of its deeper tree), on average; a root's is 0.
+    pub mean_depth: f64,
+    /// Depth of the deepest member.
+    pub max_depth: u32,
+    /// Members that differ as programs.
+    pub distinct_programs: u32,
+    /// Members that differ in some answer.
+    pub distinct_behaviours: u32,
+    /// Share of the members that answer the same to every case.
+    pub constant_share: f64,
+    /// Draws of the initial generation; absent from all others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub initial: Option<InitialDraws>,
+    /// Where the time went: the only part that differs from one run to the next.
+    pub timing: GenerationTiming,
+}
+
+/// How the initial generation was drawn.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InitialDraws {
+    /// Individuals drawn, rejected ones included.
+    pub draws: u64,
+    /// Slots that were filled with the last of the allowed draws, though it did not pass the filter.
+    pub unfit_kept: u64,
+}
+
+/// Seconds spent on a generation.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct GenerationTiming {
+    /// Lowering and optimising, summed over the threads.
+    pub lower: f64,
+    /// Code generation, summed over the threads.
+    pub compile: f64,
+    /// Running programs on the cases, summed over the threads.
+    pub execute: f64,
+    /// Selecting and breeding, as the clock has it.
+    pub breed: f64,
+    /// Statistics of the generation, as the clock has it.
+    pub record: f64,
+    /// Writing the run folder for the generation before this one, as the clock has it.
+    pub save: f64,
+    /// The whole generation, as the clock has it.
+    pub wall: f64,
+    /// Programs that were run; all other results were known.
+    pub executed: u64,
+    /// Milliseconds that a program that had to be run cost, from lowering to answers; 0 if there was none.
+    pub ms_per_uncached: f64,
+}
+
+impl Record {
+    /// The record with an empty timing: what is the same for every run.
+    pub fn without_timing(&self) -> Record {
+        Record { timing: GenerationTiming::default(), ..self.clone() }
+    }
+
+    /// The numbers of a generation. `so_far` is the highest number of cases solved in earlier ones, and
+    /// `evaluations` those for this generation and for all before it.
+    pub(super) fn of(
+        generation: u32,
+        population: &[Member],
+        so_far: u32,
+        evaluations: (u64, u64),
+        initial: Option<InitialDraws>,
+    ) -> Record {
+        let cases = population.first().map_or(0, |m| m.outcome.solved.len()) as u32;
+        let count = population.len().max(1) as f64;
+        let mut correct: Vec<u32> = population.iter().map(Member::correct).collect();
+        let best = best_of(population).map_or((0, 0), |m| (m.correct(), m.individual().len() as u32));
+        let total: u64 = correct.iter().map(|&c| u64::from(c)).sum();
+        correct.sort_unstable();
+        let sizes = population.iter().map(|m| m.individual().len() as u64);
+        let depths = population.iter().map(|m| m.individual().depth() as u64);
+        let genotypes: Vec<&Genotype> = population.iter().map(|m| &m.genotype).collect();
+        let firsts = Genotype::representatives(&genotypes);
+        let distinct = firsts.iter().enumerate().filter(|&(i, &first)| i == first).count();
+        let mut behaviours: Vec<u64> = population.iter().map(|m| m.outcome.behaviour).collect();
+        behaviours.sort_unstable();
+        behaviours.dedup();
+        let constant = population.iter().filter(|m| m.outcome.constant).count();
+        Record {
+            generation,
+            best_fitness: share(best.0, cases),
+            mean_fitness: total as f64 / count / f64::from(cases.max(1)),
+            median_fitness: median(&correct) / f64::from(cases.max(1)),
+            best_fitness_so_far: share(best.0.max(so_far), cases),
+            evaluations: evaluations.0,
+            evaluations_total: evaluations.0 + evaluations.1,
+            best_nodes: best.1,
+            mean_nodes: sizes.clone().sum::<u64>() as f64 / count,
+            max_nodes: sizes.max().unwrap_or(0) as u32,
+            mean_depth: depths.clone().sum::<u64>() as f64 / count,
+            max_depth: depths.max().unwrap_or(0) as u32,
+            distinct_programs: distinct as u32,
+            distinct_behaviours: behaviours.len() as u32,
+            constant_share: constant as f64 / count,
+            initial,
+            timing: GenerationTiming::default(),
+        }
+    }
+}
+
+/// The best member: highest fitness, ties broken by fewer nodes, then by the lower index.
+pub(super) fn best_of(population: &[Member]) -> Option<&Member> {
+    population.iter().min_by_key(|m| (std::cmp::Reverse(m.correct()), m.individual().len()))
+}
+
+/// Of ascending numbers; of an even number of them the mean of the middle two.
+fn median(sorted: &[u32]) -> f64 {
+    let (Some(&low), Some(&high)) = (sorted.get(sorted.len().saturating_sub(1) / 2), sorted.get(sorted.len() / 2))
+    else {
+        return 0.0;
+    };
+    (f64::from(low) + f64::from(high)) / 2.0
+}

@@ -1,0 +1,353 @@
+//! The run: generation after generation, recorded as it goes.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::breed::{Offspring, breed};
+use super::checkpoint::{Origin, State};
+use super::evaluate::{Cases, EvaluateError, Evaluator, Session, Tally};
+use super::folder::{FolderError, RunFolder};
+use super::hall_of_fame::HallOfFame;
+use super::initial;
+use super::population::{Genotype, Member};
+use super::progress::Progress;
+use super::record::{GenerationTiming, InitialDraws, Record};
+use super::selection::scores;
+use super::settings::{Settings, SettingsError};
+use crate::dataset::Dataset;
+use crate::exec::Executor;
+use crate::tree::{CreateError, Creator, CrossoverSettings, Individual};
+
+/// Why a run could not go on. What was recorded before stays.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The settings are impossible.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Individuals cannot be made with the settings.
+    #[error(transparent)]
+    Create(#[from] CreateError),
+    /// Individuals could not be evaluated.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+    /// The run folder could not be used.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+}
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StopReason {
+    /// It has all its generations.
+    Finished,
+    /// The stop flag was set: the running generation is discarded, all before it is recorded.
+    Interrupted,
+}
+
+/// A run of evolution.
+///
+/// It is a pure function of settings and training data: threads, executor and interruptions change nothing but
+/// the time it takes.
+pub struct Evolution {
+    settings: Settings,
+    creator: Creator,
+    crossover: CrossoverSettings,
+    cases: Cases,
+    evaluator: Evaluator,
+    origin: Origin,
+    state: Option<State>,
+    folder: Option<RunFolder>,
+    progress: Arc<Progress>,
+    save_seconds: f64,
+}
+
+/// The end of a run in numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// The best individual: highest fitness, ties broken by fewer nodes, then by which came first.
+    pub best: Individual,
+    /// The generation it came up in.
+    pub generation: u32,
+    /// How it does on the training cases.
+    pub train: Score,
+    /// How it does on the held-out cases, if there are any.
+    pub holdout: Option<Score>,
+    /// Complete generations.
+    pub generations: u32,
+    /// Individuals evaluated.
+    pub evaluations: u64,
+}
+
+/// How an individual does on a set of cases.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Score {
+    /// Cases it solves.
+    pub correct: u32,
+    /// Cases there are.
+    pub cases: u32,
+    /// The share of them it solves.
+    pub fitness: f64,
+}
+
+impl Evolution {
+    /// A run that is not recorded, on so many threads (0: one for each core).
+    ///
+    /// # Errors
+    /// If the settings are impossible or the threads cannot be started.
+    pub fn new(
+        train: &Dataset,
+        settings: Settings,
+        executor: Arc<dyn Executor>,
+        threads: usize,
+    ) -> Result<Evolution, RunError> {
+        settings.validate()?;
+        Ok(Evolution {
+            creator: Creator::new(&settings.create_settings())?,
+            crossover: settings.crossover_settings(),
+            cases: Cases::new(train, settings.tolerance),
+            evaluator: Evaluator::new(executor, threads)?,
+            origin: Origin { settings: settings.fingerprint(), data: train.fingerprint() },
+            settings,
+            state: None,
+            folder: None,
+            progress: Arc::default(),
+            save_seconds: 0.0,
+        })
+    }
+
+    /// The run, recorded in a folder: from its checkpoint on, if it has one, else from the beginning. The
+    /// settings are those of the folder, or the same with more generations.
+    ///
+    /// # Errors
+    /// As [`Evolution::new`]; if the checkpoint cannot be used, or belongs to other data or settings.
+    pub fn in_folder(
+        folder: RunFolder,
+        train: &Dataset,
+        settings: Settings,
+        executor: Arc<dyn Executor>,
+        threads: usize,
+    ) -> Result<Evolution, RunError> {
+        let mut run = Evolution::new(train, settings, executor, threads)?;
+        run.state = folder.load(run.origin)?;
+        if let Some(made) = run.state.as_ref().map(|s| s.records.len() as u32)
+            && made > run.settings.generations
+        {
+            return Err(SettingsError::FewerGenerations { made, asked: run.settings.generations }.into());
+        }
+        folder.write_settings(&run.settings)?;
+        folder.repair(run.state.as_ref())?;
+        run.folder = Some(folder);
+        Ok(run)
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The state after the last complete generation, if there is one.
+    pub fn state(&self) -> Option<&State> {
+        self.state.as_ref()
+    }
+
+    /// The folder in which the run is recorded, if it is.
+    pub fn folder(&self) -> Option<&RunFolder> {
+        self.folder.as_ref()
+    }
+
+    /// Counters of the running generation, to be read from another thread.
+    pub fn progress(&self) -> Arc<Progress> {
+        self.progress.clone()
+    }
+
+    /// Complete generations.
+    pub fn generations(&self) -> u32 {
+        self.state.as_ref().map_or(0, |s| s.records.len() as u32)
+    }
+
+    /// Runs until all generations are there or `stop` is set, which is looked at between individuals.
+    /// `observer` is told of each generation once it is recorded.
+    ///
+    /// # Errors
+    /// If an individual cannot be evaluated or the folder cannot be written; the run is kept as of its last
+    /// complete generation.
+    pub fn run(
+        &mut self,
+        stop: &AtomicBool,
+        mut observer: impl FnMut(&Record),
+    ) -> Result<StopReason, RunError> {
+        while self.generations() < self.settings.generations {
+            match self.step(stop)? {
+                Some(record) => observer(record),
+                None => {
+                    self.sync()?;
+                    return Ok(StopReason::Interrupted);
+                }
+            }
+        }
+        self.sync()?;
+        Ok(StopReason::Finished)
+    }
+
+    /// Runs one generation and records it; `None` if `stop` was set before it was complete.
+    ///
+    /// # Errors
+    /// As [`Evolution::run`].
+    pub fn step(&mut self, stop: &AtomicBool) -> Result<Option<&Record>, RunError> {
+        let start = Instant::now();
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let next = match &self.state {
+            None => self.first(stop)?,
+            Some(state) => self.next(state, stop)?,
+        };
+        let Some(next) = next else { return Ok(None) };
+        let mut state = self.record(next, start);
+        let saving = Instant::now();
+        if let Some(folder) = &self.folder {
+            folder.save(&state, self.origin)?;
+        }
+        self.save_seconds = saving.elapsed().as_secs_f64();
+        Ok(self.state.insert(state).records.last())
+    }
+
+    fn sync(&self) -> Result<(), FolderError> {
+        self.folder.as_ref().map_or(Ok(()), RunFolder::sync)
+    }
+
+    /// The initial generation.
+    fn first(&self, stop: &AtomicBool) -> Result<Option<Generation>, RunError> {
+        let slots = self.settings.population as usize;
+        self.progress.begin(0, slots);
+        let fill = |session: &mut Session<'_>, slot| initial::fill(session, &self.settings, &self.creator, slot as u32);
+        let (filled, tally) = self.evaluator.each(slots, &self.cases, stop, &self.progress, fill)?;
+        let Some(filled) = filled else { return Ok(None) };
+        let mut draws = InitialDraws::default();
+        for slot in &filled {
+            draws.draws += slot.draws.draws;
+            draws.unfit_kept += slot.draws.unfit_kept;
+        }
+        let members = filled.into_iter().map(|slot| slot.member).collect();
+        let evaluations = draws.draws;
+        Ok(Some(Generation { members, evaluations, initial: Some(draws), tally, breed_seconds: 0.0 }))
+    }
+
+    /// The generation after `state`.
+    fn next(&self, state: &State, stop: &AtomicBool) -> Result<Option<Generation>, RunError> {
+        let start = Instant::now();
+        let parents = &state.population;
+        let generation = state.records.len() as u32;
+        let scores = scores(self.settings.selection.kind, parents);
+        let breed = || breed(parents, &scores, &self.settings, &self.crossover, generation);
+        let offspring = self.evaluator.pool().install(breed);
+        // What equals a parent or an earlier offspring needs no evaluation of its own.
+        let all: Vec<&Genotype> =
+            parents.iter().map(|m| &m.genotype).chain(offspring.iter().map(|o| &o.genotype)).collect();
+        let firsts = Genotype::representatives(&all);
+        let new: Vec<usize> = (parents.len()..all.len()).filter(|&i| firsts[i] == i).collect();
+        let breed_seconds = start.elapsed().as_secs_f64();
+        self.progress.begin(generation, new.len());
+        let judge = |session: &mut Session<'_>, n: usize| {
+            session.count_evaluation();
+            let candidate = session.cases().candidate(all[new[n]].individual());
+            Ok(Some(session.judge(&candidate, false)?.outcome))
+        };
+        let (outcomes, tally) = self.evaluator.each(new.len(), &self.cases, stop, &self.progress, judge)?;
+        let Some(outcomes) = outcomes else { return Ok(None) };
+        let evaluations = offspring.iter().filter(|o| o.copy_of.is_none()).count() as u64;
+        let outcome = |i: usize| match firsts[parents.len() + i] {
+            first if first < parents.len() => parents[first].outcome.clone(),
+            // `new` ascends, and holds every representative beyond the parents.
+            first => outcomes[new.partition_point(|&n| n < first)].clone(),
+        };
+        let member = |(i, o): (usize, Offspring)| Member { genotype: o.genotype, outcome: outcome(i) };
+        let members = offspring.into_iter().enumerate().map(member).collect();
+        Ok(Some(Generation { members, evaluations, initial: None, tally, breed_seconds }))
+    }
+
+    /// The state with one generation more.
+    fn record(&self, new: Generation, start: Instant) -> State {
+        let recording = Instant::now();
+        let (mut records, mut hall_of_fame) =
+            self.state.as_ref().map_or((Vec::new(), HallOfFame::default()), |s| {
+                (s.records.clone(), s.hall_of_fame.clone())
+            });
+        let generation = records.len() as u32;
+        let so_far = hall_of_fame.best().map_or(0, |e| e.correct);
+        let before = records.last().map_or(0, |r: &Record| r.evaluations_total);
+        let mut record =
+            Record::of(generation, &new.members, so_far, (new.evaluations, before), new.initial);
+        for member in &new.members {
+            hall_of_fame.offer(member.individual(), member.correct(), generation);
+        }
+        let Tally { timing, executed, uncached } = new.tally;
+        record.timing = GenerationTiming {
+            lower: timing.lower.as_secs_f64(),
+            compile: timing.compile.as_secs_f64(),
+            execute: timing.execute.as_secs_f64(),
+            breed: new.breed_seconds,
+            record: recording.elapsed().as_secs_f64(),
+            save: self.save_seconds,
+            wall: start.elapsed().as_secs_f64(),
+            executed,
+            ms_per_uncached: 1e3 * uncached.as_secs_f64() / executed.max(1) as f64,
+        };
+        records.push(record);
+        State { population: new.members, records, hall_of_fame }
+    }
+
+    /// The best individual so far and how it does; `None` before the first generation is complete.
+    ///
+    /// # Errors
+    /// If it cannot be evaluated on the held-out cases.
+    pub fn summary(&self, holdout: Option<&Dataset>) -> Result<Option<Summary>, RunError> {
+        let Some(state) = &self.state else { return Ok(None) };
+        let Some(best) = state.hall_of_fame.best() else { return Ok(None) };
+        let holdout = match holdout {
+            Some(data) => Some(self.score(&best.individual, data)?),
+            None => None,
+        };
+        let cases = self.cases.len() as u32;
+        Ok(Some(Summary {
+            best: best.individual.clone(),
+            generation: best.generation,
+            train: Score::new(best.correct, cases),
+            holdout,
+            generations: self.generations(),
+            evaluations: state.records.last().map_or(0, |r| r.evaluations_total),
+        }))
+    }
+
+    /// How an individual does on a data set, with the run's executor and tolerance.
+    ///
+    /// # Errors
+    /// If it cannot be evaluated.
+    pub fn score(&self, individual: &Individual, data: &Dataset) -> Result<Score, RunError> {
+        let cases = Cases::new(data, self.settings.tolerance);
+        let never = AtomicBool::new(false);
+        let run = |session: &mut Session<'_>, _| {
+            let candidate = session.cases().candidate(individual);
+            Ok(Some(session.execute(&candidate, false)?.outcome.solved.count()))
+        };
+        let (correct, _) = self.evaluator.each(1, &cases, &never, &Progress::default(), run)?;
+        let correct = correct.and_then(|c| c.first().copied()).unwrap_or(0);
+        Ok(Score::new(correct, cases.len() as u32))
+    }
+}
+
+impl Score {
+    fn new(correct: u32, cases: u32) -> Score {
+        Score { correct, cases, fitness: super::fitness::share(correct, cases) }
+    }
+}
+
+/// A generation just evaluated.
+struct Generation {
+    members: Vec<Member>,
+    evaluations: u64,
+    initial: Option<InitialDraws>,
+    tally: Tally,
+    breed_seconds: f64,
+}

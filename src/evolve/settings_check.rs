@@ -1,0 +1,118 @@
+//! Which values of the settings are possible.
+
+use super::settings::{Fault, Settings};
+use crate::tree::{MAX_WEIGHT, NodeSet, NodeType};
+
+/// The largest seed: the largest integer that TOML knows.
+const MAX_SEED: u64 = i64::MAX as u64;
+/// The largest population; a generation is held in memory at once.
+const MAX_POPULATION: u32 = 10_000_000;
+
+fn must<T: std::fmt::Display>(holds: bool, field: &str, value: T, must: &str) -> Result<(), Fault> {
+    if holds {
+        return Ok(());
+    }
+    Err(Fault { field: field.to_string(), value: value.to_string(), must: must.to_string() })
+}
+
+impl Settings {
+    /// The first impossible value, if there is one.
+    pub(super) fn check(&self) -> Result<(), Fault> {
+        must(self.seed <= MAX_SEED, "seed", self.seed, "at most 9223372036854775807")?;
+        must(
+            (2..=MAX_POPULATION).contains(&self.population),
+            "population",
+            self.population,
+            "2 to 10,000,000 individuals",
+        )?;
+        must(
+            (1..=1_000_000).contains(&self.generations),
+            "generations",
+            self.generations,
+            "1 to 1,000,000, the initial one included",
+        )?;
+        must((1..=2).contains(&self.trees), "trees", self.trees, "1 or 2")?;
+        must(
+            self.tolerance.is_finite() && self.tolerance >= 0.0,
+            "tolerance",
+            self.tolerance,
+            "a number of rows, 0 or more",
+        )?;
+        self.check_creation()?;
+        self.check_rest()
+    }
+
+    fn check_creation(&self) -> Result<(), Fault> {
+        let c = &self.creation;
+        let limit = self.breeding.max_depth;
+        must((2..=100).contains(&limit), "breeding.max_depth", limit, "2 to 100")?;
+        must(
+            (2..=limit).contains(&c.max_depth),
+            "creation.max_depth",
+            c.max_depth,
+            "2 to `breeding.max_depth`",
+        )?;
+        must(
+            (2..=c.max_depth).contains(&c.min_depth),
+            "creation.min_depth",
+            c.min_depth,
+            "2 to `creation.max_depth`",
+        )?;
+        must(
+            c.column_depth < limit,
+            "creation.column_depth",
+            c.column_depth,
+            "less than `breeding.max_depth`",
+        )?;
+        probability("creation.grow_leaf_probability", c.grow_leaf_probability)?;
+        probability("creation.plain_column_probability", c.plain_column_probability)?;
+        must(
+            c.constant_min >= 1e-30 && c.constant_min <= 1e30,
+            "creation.constant_min",
+            c.constant_min,
+            "1e-30 to 1e30",
+        )?;
+        must(
+            c.constant_max >= c.constant_min && c.constant_max <= 1e30,
+            "creation.constant_max",
+            c.constant_max,
+            "`creation.constant_min` to 1e30",
+        )
+    }
+
+    fn check_rest(&self) -> Result<(), Fault> {
+        let (b, s, f) = (&self.breeding, &self.selection, &self.filter);
+        probability("breeding.crossover_probability", b.crossover_probability)?;
+        probability("breeding.internal_probability", b.internal_probability)?;
+        must(b.redraws <= 1000, "breeding.redraws", b.redraws, "0 to 1,000")?;
+        must(
+            (1..=1_000_000).contains(&s.tournament),
+            "selection.tournament",
+            s.tournament,
+            "1 to 1,000,000",
+        )?;
+        probability("filter.in_range", f.in_range)?;
+        must((1..=1_000_000_000).contains(&f.max_draws), "filter.max_draws", f.max_draws, "1 to 1,000,000,000")?;
+        self.nodes.check().map_err(|error| Fault {
+            field: "nodes".to_string(),
+            value: format!("\"{}\"", self.nodes),
+            must: format!("enough to make trees of: {error}"),
+        })
+    }
+}
+
+fn probability(field: &str, value: f64) -> Result<(), Fault> {
+    must((0.0..=1.0).contains(&value), field, value, "a number from 0 to 1")
+}
+
+/// Sets the weight of the node type of this name.
+pub(super) fn set_weight(nodes: &mut NodeSet, name: &str, weight: u32) -> Result<(), Fault> {
+    let field = format!("nodes.{name}");
+    if NodeType::from_name(name).is_none() {
+        let names: Vec<&str> = NodeType::all().map(NodeType::name).collect();
+        let advice = format!("left out: there is no such node type, only {}", names.join(" "));
+        return must(false, &field, weight, &advice);
+    }
+    let set = nodes.edit(&format!("{name}={weight}"));
+    must(set.is_ok(), &field, weight, &format!("a whole number from 0 to {MAX_WEIGHT}"))
+}

@@ -1,0 +1,136 @@
+//! Run folders: made fresh, locked, repaired.
+
+use std::fs;
+
+use vsonar::evolve::{FolderError, RunFolder, SettingsError};
+
+use crate::common::*;
+
+#[test]
+fn never_overwritten() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let path = dir.path().join("run");
+    fs::create_dir(&path).expect("writable");
+    fs::write(path.join("precious"), "mine").expect("writable");
+    let error = RunFolder::create(&path, &settings(), &toml::Table::new()).expect_err("exists");
+    assert!(matches!(error, FolderError::Exists(_)));
+    let text = error.to_string();
+    assert!(text.contains("--resume") && text.contains("--out"), "{text}");
+    assert_eq!(fs::read_dir(&path).expect("readable").count(), 1);
+}
+
+#[test]
+fn numbered() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let runs = dir.path().join("runs");
+    let make = || {
+        let folder =
+            RunFolder::create_numbered(&runs, "street", &settings(), &toml::Table::new()).expect("a folder");
+        folder.path().file_name().expect("a name").to_string_lossy().into_owned()
+    };
+    assert_eq!([make(), make(), make()], ["street-seed-1", "street-seed-1-2", "street-seed-1-3"]);
+}
+
+#[test]
+fn locked_while_in_use() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let path = dir.path().join("run");
+    let folder = RunFolder::create(&path, &settings(), &toml::Table::new()).expect("a fresh folder");
+    assert!(matches!(RunFolder::open(&path), Err(FolderError::Locked(_))));
+    drop(folder);
+    RunFolder::open(&path).expect("free again");
+}
+
+#[test]
+fn no_run_folder() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    assert!(matches!(RunFolder::open(dir.path()), Err(FolderError::NotARun(_))));
+    assert!(matches!(RunFolder::open(&dir.path().join("none")), Err(FolderError::NotARun(_))));
+    assert_eq!(fs::read_dir(dir.path()).expect("readable").count(), 0);
+}
+
+#[test]
+fn settings_and_data_are_kept() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let path = dir.path().join("run");
+    let data: toml::Table = "train = \"shared/data/street\"\nfingerprint = \"12\"".parse().expect("TOML");
+    drop(RunFolder::create(&path, &settings(), &data).expect("a fresh folder"));
+    let (folder, kept) = RunFolder::open(&path).expect("a run folder");
+    assert_eq!((folder.data(), &kept), (&data, &settings()));
+
+    let text = read(&path, "settings.toml") + "surprise = 1\n[more]\n";
+    fs::write(path.join("settings.toml"), text).expect("writable");
+    drop(folder);
+    let error = RunFolder::open(&path).expect_err("unknown table").to_string();
+    assert!(error.contains("settings.toml:") && error.contains("more"), "{error}");
+}
+
+/// However log, best and hall of fame were left, resuming makes them what the checkpoint says.
+#[test]
+fn repaired_from_the_checkpoint() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let path = dir.path().join("run");
+    run_in(&path, &settings(), tree(), 2);
+    let expected = content(&path);
+    let log = read(&path, "log.jsonl");
+    let cut = &log[..log.len() - 30];
+    let twice = format!("{log}{}\n", log.lines().last().expect("lines"));
+    for damaged in ["", cut, &twice, "rubbish"] {
+        fs::write(path.join("log.jsonl"), damaged).expect("writable");
+        fs::remove_file(path.join("best.gp")).expect("there");
+        fs::write(path.join("hall_of_fame.jsonl"), "half").expect("writable");
+        fs::write(path.join(".checkpoint.tmp"), "half").expect("writable");
+        drop(resume(&path));
+        assert_eq!(content(&path), expected);
+        assert!(!path.join(".checkpoint.tmp").exists());
+    }
+}
+
+/// A run that ended before its first checkpoint begins again.
+#[test]
+fn without_a_checkpoint_from_the_beginning() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let (whole, again) = (dir.path().join("whole"), dir.path().join("again"));
+    run_in(&whole, &settings(), tree(), 2);
+    drop(RunFolder::create(&again, &settings(), &toml::Table::new()).expect("a fresh folder"));
+    fs::write(again.join("log.jsonl"), "a line that had no checkpoint\n").expect("writable");
+    resume(&again).run(&never(), |_| ()).expect("no error");
+    assert_eq!(content(&again), content(&whole));
+}
+
+#[test]
+fn fewer_generations_are_refused() {
+    let error = settings().extended(4).expect_err("fewer");
+    assert!(matches!(error, SettingsError::FewerGenerations { made: 5, asked: 4 }));
+}
+
+#[test]
+fn what_is_recorded() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let path = dir.path().join("run");
+    let state = run_in(&path, &settings(), tree(), 2);
+    let lines: Vec<serde_json::Value> =
+        read(&path, "log.jsonl").lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
+    assert_eq!(lines.len(), 5);
+    let mut total = 0;
+    for (generation, line) in lines.iter().enumerate() {
+        assert_eq!(line["generation"], generation);
+        total += line["evaluations"].as_u64().expect("a number");
+        assert_eq!(line["evaluations_total"], total);
+        assert_eq!(line.get("initial").is_some(), generation == 0);
+        for field in ["lower", "compile", "execute", "breed", "wall", "ms_per_uncached"] {
+            assert!(line["timing"][field].as_f64().expect("a number") >= 0.0, "{field}");
+        }
+    }
+    assert_eq!(lines[0]["initial"]["draws"], lines[0]["evaluations"]);
+    let best = state.hall_of_fame.best().expect("a best");
+    assert_eq!(lines[4]["best_fitness_so_far"], f64::from(best.correct) / 24.0);
+    let parsed: vsonar::tree::Individual = read(&path, "best.gp").parse().expect("program text");
+    assert_eq!(parsed, best.individual);
+    for line in read(&path, "hall_of_fame.jsonl").lines() {
+        let line: serde_json::Value = serde_json::from_str(line).expect("JSON");
+        let parsed: vsonar::tree::Individual =
+            line["program"].as_str().expect("text").parse().expect("program text");
+        assert_eq!(line["nodes"], parsed.len());
+    }
+}

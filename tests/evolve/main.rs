@@ -1,0 +1,8 @@
+//! The evolutionary run as a whole: that it repeats, survives interruption, and refuses what it must.
+
+mod checkpoints;
+mod common;
+mod determinism;
+mod folders;
+mod settings;
+mod statistics;
