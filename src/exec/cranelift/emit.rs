@@ -77,7 +77,15 @@ impl<'a, 'f> Emitter<'a, 'f> {
         shape: Shape,
         helpers: Option<&'a Helpers>,
     ) -> Emitter<'a, 'f> {
-        Emitter { b, shape, blend: has_blend(isa), constants: Vec::new(), helpers, signatures: Vec::new() }
+        Emitter {
+            b,
+            shape,
+            blend: has_blend(isa),
+            constants: Vec::new(),
+            helpers,
+            calls: true,
+            signatures: Vec::new(),
+        }
     }
 
     /// The shape of the values being computed.

@@ -27,6 +27,8 @@ mod listing;
 mod owned;
 mod run;
 mod target;
+#[cfg(test)]
+mod tests;
 
 pub use emit::Shape;
 pub use executor::{CraneliftExecutor, CraneliftWorker};
