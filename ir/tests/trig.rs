@@ -141,9 +141,7 @@ fn is_nan(y: f32) -> Result<(), String> {
 fn sine_keeps_its_bounds() {
     each_argument(1, |x| match x {
         _ if !x.is_finite() => is_nan(sin(x)),
-        _ if x.abs() <= 8192.0 => {
-            judge(sin(x), libm::sin(f64::from(x)), -sin(-x)).and(within(sin(x), 1.0))
-        }
+        _ if x.abs() <= 8192.0 => judge(sin(x), libm::sin(f64::from(x)), -sin(-x)).and(within(sin(x), 1.0)),
         _ => within(sin(x), 1.0),
     });
 }
@@ -152,9 +150,7 @@ fn sine_keeps_its_bounds() {
 fn cosine_keeps_its_bounds() {
     each_argument(2, |x| match x {
         _ if !x.is_finite() => is_nan(cos(x)),
-        _ if x.abs() <= 8192.0 => {
-            judge(cos(x), libm::cos(f64::from(x)), cos(-x)).and(within(cos(x), 1.0))
-        }
+        _ if x.abs() <= 8192.0 => judge(cos(x), libm::cos(f64::from(x)), cos(-x)).and(within(cos(x), 1.0)),
         _ => within(cos(x), 1.0),
     });
 }
@@ -207,9 +203,7 @@ fn angle_keeps_its_bounds() {
         };
         if let Err(fault) = verdict {
             let (a_bits, b_bits) = (a.to_bits(), b.to_bits());
-            panic!(
-                "seed {SEED}, input {i}, a = {a:e} ({a_bits:#010x}), b = {b:e} ({b_bits:#010x}): {fault}"
-            );
+            panic!("seed {SEED}, input {i}, a = {a:e} ({a_bits:#010x}), b = {b:e} ({b_bits:#010x}): {fault}");
         }
     }
 }
