@@ -116,6 +116,21 @@ fn the_shapes_are_ramped_half_and_half() {
 }
 
 #[test]
+fn the_method_can_be_chosen() {
+    let is_full = |tree: &Tree| {
+        let body = depths(tree.body());
+        tree.body().iter().zip(&body).all(|(node, depth)| node.is_function() != (*depth == 8))
+    };
+    let count = |probability| {
+        let creator = creator(|s| (s.min_depth, s.full_probability) = (9, probability));
+        sample(&creator, 200).map(|i| i.trees().filter(|&tree| is_full(tree)).count()).sum::<usize>()
+    };
+    assert_eq!(count(1.0), 400);
+    // A grown body is full to the ninth level only if every one of many draws says so.
+    assert!(count(0.0) < 4);
+}
+
+#[test]
 fn columns_are_grown() {
     let creator = creator(|_| {});
     let mut counts = [[0usize; 2]; 4];
@@ -247,6 +262,10 @@ fn impossible_settings_are_refused() {
     assert_eq!(
         message(|s| (s.min_depth, s.max_depth) = (1, 1)),
         "depths of new trees from 1 to 1: write min_depth <= max_depth, both from 2 to 1000"
+    );
+    assert_eq!(
+        message(|s| s.full_probability = -1.0),
+        "full_probability = -1 is no probability; it is from 0 to 1"
     );
     assert_eq!(message(|s| s.column_depth = 1000), "column_depth = 1000 is too deep; it is below 1000");
     assert_eq!(
