@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 use image::{GrayImage, Luma};
 use vsonar::dataset::{Case, Dataset, NamedImage};
 use vsonar::evolve::{Evolution, RunFolder, Settings, State, StopReason};
+use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
 use vsonar::exec::reference::ReferenceExecutor;
 use vsonar::exec::tree::TreeExecutor;
 use vsonar::exec::Executor;
@@ -48,7 +49,10 @@ pub fn reference() -> Arc<dyn Executor> {
 
 /// All executors. The walker does not lower, so with it no result is known from a cache of programs.
 pub fn executors() -> Vec<Arc<dyn Executor>> {
-    vec![reference(), Arc::new(TreeExecutor)]
+    let compiled = |shape| -> Arc<dyn Executor> {
+        Arc::new(CraneliftExecutor::new(shape).expect("this machine has a code generator"))
+    };
+    vec![reference(), Arc::new(TreeExecutor), compiled(Shape::Scalar), compiled(Shape::Lanes4)]
 }
 
 pub fn never() -> AtomicBool {
