@@ -3,7 +3,7 @@
 //! | file | content |
 //! |---|---|
 //! | `settings.toml` | every setting in full, and the table `[data]`: where the fitness cases come from |
-//! | `log.jsonl` | a line a generation, see [`Record`] |
+//! | `log.jsonl` | a line a generation, see [`Record`](super::Record) |
 //! | `best.gp` | the best individual so far, as program text |
 //! | `hall_of_fame.jsonl` | the best individual of each size, see [`EntryLine`](super::EntryLine) |
 //! | `checkpoint` | the whole state after the last complete generation |
@@ -22,7 +22,6 @@ use serde::Deserialize;
 use super::checkpoint::{self, CheckpointError, Origin, State};
 use super::durable::{self, FileError, Naming, Sync, append_line, replace};
 use super::lock::Lock;
-use super::record::Record;
 use super::settings::{Settings, SettingsError};
 
 /// Why a run folder cannot be used.
@@ -157,7 +156,8 @@ impl RunFolder {
 
     /// Writes the settings in full.
     pub(super) fn write_settings(&self, settings: &Settings) -> Result<(), FolderError> {
-        let mut text = String::from("# The settings of this run, in full; it can be repeated with `--settings`.\n\n");
+        let mut text =
+            String::from("# The settings of this run, in full; it can be repeated with `--settings`.\n\n");
         text.push_str(&settings.to_toml());
         let mut data = toml::Table::new();
         data.insert("data".to_string(), toml::Value::Table(self.data.clone()));

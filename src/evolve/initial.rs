@@ -8,7 +8,7 @@ use super::fitness::share;
 use super::population::{Genotype, Member};
 use super::record::InitialDraws;
 use super::settings::{Filter, Settings};
-use crate::tree::{CreateSettings, Random, create};
+use crate::tree::{Creator, Random};
 
 /// A slot of the initial generation, filled.
 pub(super) struct Filled {
@@ -39,10 +39,10 @@ impl Bar {
 pub(super) fn fill(
     session: &mut Session<'_>,
     settings: &Settings,
-    create_settings: &CreateSettings,
-    slot: usize,
+    creator: &Creator,
+    slot: u32,
 ) -> Result<Option<Filled>, EvaluateError> {
-    let mut random = Random::stream(settings.seed, 0, slot as u64);
+    let mut random = Random::stream(settings.seed, 0, slot);
     let filter = &settings.filter;
     let bar = Bar::new(filter, session.cases().len() as u32, session.cases().distinct_labels());
     let most = if filter.enabled { filter.max_draws } else { 1 };
@@ -51,7 +51,7 @@ pub(super) fn fill(
         if session.stopped() {
             return Ok(None);
         }
-        let individual = create(create_settings, &mut random);
+        let individual = creator.individual(&mut random);
         draws.draws += 1;
         session.count_evaluation();
         let last = draws.draws >= u64::from(most);
@@ -72,5 +72,28 @@ pub(super) fn fill(
             let member = Member { genotype: Genotype::new(individual), outcome: verdict.outcome };
             return Ok(Some(Filled { member, draws }));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn looks_by_hand() {
+        let answers = [0.0, -0.0, 47.0, 47.5, -0.5, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 3.25, 3.25];
+        // In range: both zeros, 47, and 3.25 twice. Distinct: 0, 47, 47.5, -0.5, 3.25.
+        assert_eq!(Looks::of(&answers, 48), Looks { in_range: 5, distinct: 5 });
+    }
+
+    #[test]
+    fn the_bar() {
+        let filter = Settings::default_preset().filter;
+        let looks = |in_range, distinct| Looks { in_range, distinct };
+        let many = Bar::new(&filter, 100, 200);
+        assert!(many.passes(looks(50, 20)) && !many.passes(looks(49, 20)) && !many.passes(looks(50, 19)));
+        // With 11 distinct labels at least half of them are 6.
+        let few = Bar::new(&filter, 100, 11);
+        assert!(few.passes(looks(50, 6)) && !few.passes(looks(50, 5)));
     }
 }
