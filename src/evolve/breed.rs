@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::population::{Genotype, Member};
 use super::selection::tournament;
 use super::settings::Settings;
-use crate::tree::{CrossoverSettings, Random, crossover};
+use crate::tree::{CrossoverSettings, Random, subtree_crossover};
 
 /// A genotype of the next generation.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,7 +28,7 @@ pub(super) fn breed(
 ) -> Vec<Offspring> {
     let pairs = members.len().div_ceil(2);
     let pair = |pair: usize| {
-        let mut random = Random::stream(settings.seed, u64::from(generation), pair as u64);
+        let mut random = Random::stream(settings.seed, generation, pair as u32);
         breed_pair(members, scores, settings, crossover_settings, &mut random)
     };
     let mut offspring: Vec<Offspring> = (0..pairs).into_par_iter().flat_map_iter(pair).collect();
@@ -57,12 +57,14 @@ fn breed_pair(
     if !exchange {
         return [first, second].map(|i| copy(members, i));
     }
-    let (a, b) = crossover(members[first].individual(), members[second].individual(), crossover_settings, random);
+    let of = |i: usize| members[i].individual();
+    let [a, b] = subtree_crossover(of(first), of(second), crossover_settings, random);
     [(a, first), (b, second)].map(|(child, parent)| {
-        if child == *members[parent].individual() {
+        // An exchange of equals, or one that went too deep, leaves the parent.
+        if child.replaced || child.individual == *of(parent) {
             return copy(members, parent);
         }
-        Offspring { genotype: Genotype::new(child), copy_of: None }
+        Offspring { genotype: Genotype::new(child.individual), copy_of: None }
     })
 }
 

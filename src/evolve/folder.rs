@@ -3,7 +3,7 @@
 //! | file | content |
 //! |---|---|
 //! | `settings.toml` | every setting in full, and the table `[data]`: where the fitness cases come from |
-//! | `log.jsonl` | a line a generation, see [`Record`] |
+//! | `log.jsonl` | a line a generation, see [`Record`](super::Record) |
 //! | `best.gp` | the best individual so far, as program text |
 //! | `hall_of_fame.jsonl` | the best individual of each size, see [`EntryLine`](super::EntryLine) |
 //! | `checkpoint` | the whole state after the last complete generation |
@@ -22,7 +22,6 @@ use serde::Deserialize;
 use super::checkpoint::{self, CheckpointError, Origin, State};
 use super::durable::{self, FileError, Naming, Sync, append_line, replace};
 use super::lock::Lock;
-use super::record::Record;
 use super::settings::{Settings, SettingsError};
 
 /// Why a run folder cannot be used.

@@ -8,7 +8,7 @@ use super::fitness::share;
 use super::population::{Genotype, Member};
 use super::record::InitialDraws;
 use super::settings::{Filter, Settings};
-use crate::tree::{CreateSettings, Random, create};
+use crate::tree::{Creator, Random};
 
 /// A slot of the initial generation, filled.
 pub(super) struct Filled {
@@ -39,10 +39,10 @@ impl Bar {
 pub(super) fn fill(
     session: &mut Session<'_>,
     settings: &Settings,
-    create_settings: &CreateSettings,
-    slot: usize,
+    creator: &Creator,
+    slot: u32,
 ) -> Result<Option<Filled>, EvaluateError> {
-    let mut random = Random::stream(settings.seed, 0, slot as u64);
+    let mut random = Random::stream(settings.seed, 0, slot);
     let filter = &settings.filter;
     let bar = Bar::new(filter, session.cases().len() as u32, session.cases().distinct_labels());
     let most = if filter.enabled { filter.max_draws } else { 1 };
@@ -51,7 +51,7 @@ pub(super) fn fill(
         if session.stopped() {
             return Ok(None);
         }
-        let individual = create(create_settings, &mut random);
+        let individual = creator.individual(&mut random);
         draws.draws += 1;
         session.count_evaluation();
         let last = draws.draws >= u64::from(most);

@@ -6,18 +6,18 @@ use std::time::Instant;
 
 use super::breed::{Offspring, breed};
 use super::checkpoint::{Origin, State};
-use super::evaluate::{Cases, EvaluateError, Evaluator, Tally};
+use super::evaluate::{Cases, EvaluateError, Evaluator, Session, Tally};
 use super::folder::{FolderError, RunFolder};
 use super::hall_of_fame::HallOfFame;
 use super::initial;
 use super::population::{Genotype, Member};
 use super::progress::Progress;
-use super::record::{GenerationTiming, InitialDraws, Record, best_of};
+use super::record::{GenerationTiming, InitialDraws, Record};
 use super::selection::scores;
 use super::settings::{Settings, SettingsError};
 use crate::dataset::Dataset;
 use crate::exec::Executor;
-use crate::tree::{CreateSettings, CrossoverSettings, Individual};
+use crate::tree::{CreateError, Creator, CrossoverSettings, Individual};
 
 /// Why a run could not go on. What was recorded before stays.
 #[derive(Debug, thiserror::Error)]
@@ -25,6 +25,9 @@ pub enum RunError {
     /// The settings are impossible.
     #[error(transparent)]
     Settings(#[from] SettingsError),
+    /// Individuals cannot be made with the settings.
+    #[error(transparent)]
+    Create(#[from] CreateError),
     /// Individuals could not be evaluated.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
@@ -48,7 +51,7 @@ pub enum StopReason {
 /// the time it takes.
 pub struct Evolution {
     settings: Settings,
-    create: CreateSettings,
+    creator: Creator,
     crossover: CrossoverSettings,
     cases: Cases,
     evaluator: Evaluator,
@@ -100,7 +103,7 @@ impl Evolution {
     ) -> Result<Evolution, RunError> {
         settings.validate()?;
         Ok(Evolution {
-            create: settings.create_settings()?,
+            creator: Creator::new(&settings.create_settings())?,
             crossover: settings.crossover_settings(),
             cases: Cases::new(train, settings.tolerance),
             evaluator: Evaluator::new(executor, threads)?,
@@ -218,7 +221,7 @@ impl Evolution {
     fn first(&self, stop: &AtomicBool) -> Result<Option<Generation>, RunError> {
         let slots = self.settings.population as usize;
         self.progress.begin(0, slots);
-        let fill = |session: &mut _, slot| initial::fill(session, &self.settings, &self.create, slot);
+        let fill = |session: &mut Session<'_>, slot| initial::fill(session, &self.settings, &self.creator, slot as u32);
         let (filled, tally) = self.evaluator.each(slots, &self.cases, stop, &self.progress, fill)?;
         let Some(filled) = filled else { return Ok(None) };
         let mut draws = InitialDraws::default();
@@ -246,7 +249,7 @@ impl Evolution {
         let new: Vec<usize> = (parents.len()..all.len()).filter(|&i| firsts[i] == i).collect();
         let breed_seconds = start.elapsed().as_secs_f64();
         self.progress.begin(generation, new.len());
-        let judge = |session: &mut super::evaluate::Session<'_>, n: usize| {
+        let judge = |session: &mut Session<'_>, n: usize| {
             session.count_evaluation();
             let candidate = session.cases().candidate(all[new[n]].individual());
             Ok(Some(session.judge(&candidate, false)?.outcome))
@@ -260,7 +263,7 @@ impl Evolution {
             first => outcomes[new.partition_point(|&n| n < first)].clone(),
         };
         let member = |(i, o): (usize, Offspring)| Member { genotype: o.genotype, outcome: outcome(i) };
-        let members = offspring.clone().into_iter().enumerate().map(member).collect();
+        let members = offspring.into_iter().enumerate().map(member).collect();
         Ok(Some(Generation { members, evaluations, initial: None, tally, breed_seconds }))
     }
 
@@ -324,7 +327,7 @@ impl Evolution {
     pub fn score(&self, individual: &Individual, data: &Dataset) -> Result<Score, RunError> {
         let cases = Cases::new(data, self.settings.tolerance);
         let never = AtomicBool::new(false);
-        let run = |session: &mut super::evaluate::Session<'_>, _| {
+        let run = |session: &mut Session<'_>, _| {
             let candidate = session.cases().candidate(individual);
             Ok(Some(session.execute(&candidate, false)?.outcome.solved.count()))
         };

@@ -21,7 +21,8 @@ use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
 use super::selection::SelectionKind;
-use crate::tree::NodeType;
+use super::settings_check::set_weight;
+use crate::tree::{CreateSettings, CrossoverSettings, NodeSet, NodeType};
 
 /// Where in the file each field was given, by dotted name, in bytes.
 type Places = BTreeMap<String, Range<usize>>;
@@ -42,8 +43,8 @@ macro_rules! table {
             $($(#[doc = $doc])+ pub $field: $ty,)+
             $(
                 $($(#[doc = $tdoc])+ pub $table: $tname,)+
-                /// The weight of every node type beside the others that fit the same place, by name; 0 leaves it out.
-                pub nodes: BTreeMap<String, f64>,
+                /// The node types in use and their weights.
+                pub nodes: NodeSet,
             )?
         }
 
@@ -51,7 +52,7 @@ macro_rules! table {
         #[serde(deny_unknown_fields, default)]
         struct $partial {
             $($field: Option<Spanned<$ty>>,)+
-            $($($table: $tpartial,)+ preset: Option<Preset>, nodes: BTreeMap<String, Spanned<f64>>,)?
+            $($($table: $tpartial,)+ preset: Option<Preset>, nodes: BTreeMap<String, Spanned<u32>>, data: toml::Table,)?
         }
 
         impl $name {
@@ -60,13 +61,7 @@ macro_rules! table {
                     places.insert(format!("{prefix}{}", stringify!($field)), value.span());
                     self.$field = value.into_inner();
                 })+
-                $(
-                    $(self.$table.merge_partial(concat!(stringify!($table), "."), partial.$table, places);)+
-                    for (name, weight) in partial.nodes {
-                        places.insert(format!("nodes.{name}"), weight.span());
-                        self.nodes.insert(name, weight.into_inner());
-                    }
-                )?
+                $($(self.$table.merge_partial(concat!(stringify!($table), "."), partial.$table, places);)+)?
             }
 
             fn write(&self, out: &mut String) {
@@ -97,10 +92,8 @@ table! {
         min_depth: u32,
         /// Greatest of the maximum depths of new trees.
         max_depth: u32,
-        /// Probability of the full method, else grow.
-        full_probability: f64,
         /// Probability that the grow method takes a leaf above the last level.
-        leaf_probability: f64,
+        grow_leaf_probability: f64,
         /// Depth a column expression is grown within, counted from its own root.
         column_depth: u32,
         /// Probability that a column expression starts as plain `x-obstacle`.
@@ -261,8 +254,7 @@ impl Settings {
             creation: Creation {
                 min_depth: 6,
                 max_depth: 9,
-                full_probability: 0.5,
-                leaf_probability: 0.25,
+                grow_leaf_probability: 0.25,
                 column_depth: 3,
                 plain_column_probability: 0.0,
                 constant_min: 0.01,
@@ -276,7 +268,7 @@ impl Settings {
             },
             selection: Selection { kind: SelectionKind::Tournament, tournament: 7 },
             filter: Filter { enabled: false, in_range: 0.5, distinct: 20, max_draws: 1000 },
-            nodes: NodeType::all().map(|t| (t.name().to_string(), 1.0)).collect(),
+            nodes: NodeSet::default(),
         }
     }
 
@@ -310,10 +302,16 @@ impl Settings {
         base.merged(partial, text, file)
     }
 
-    fn merged(mut self, partial: Partial, text: &str, file: &str) -> Result<Settings, SettingsError> {
+    fn merged(mut self, mut partial: Partial, text: &str, file: &str) -> Result<Settings, SettingsError> {
         let mut places = Places::new();
+        let nodes = std::mem::take(&mut partial.nodes);
         self.merge_partial("", partial, &mut places);
-        match self.check() {
+        let mut checked = Ok(());
+        for (name, weight) in nodes {
+            places.insert(format!("nodes.{name}"), weight.span());
+            checked = checked.and_then(|()| set_weight(&mut self.nodes, &name, weight.into_inner()));
+        }
+        match checked.and_then(|()| self.check()) {
             Ok(()) => Ok(self),
             Err(fault) => Err(match places.get(&fault.field) {
                 Some(span) => {
@@ -330,8 +328,8 @@ impl Settings {
         let mut out = String::new();
         self.write(&mut out);
         out.push_str("\n# Weight of each node type beside the others that fit the same place; 0 leaves it out.\n[nodes]\n");
-        for (name, weight) in &self.nodes {
-            let _ = writeln!(out, "{name:?} = {}", inline(weight));
+        for node_type in NodeType::all() {
+            let _ = writeln!(out, "{:?} = {}", node_type.name(), self.nodes.weight(node_type));
         }
         out
     }
@@ -342,6 +340,30 @@ impl Settings {
     /// The first impossible value.
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.check().map_err(SettingsError::Value)
+    }
+
+    /// What of these settings is for the making of random individuals.
+    pub fn create_settings(&self) -> CreateSettings {
+        let c = &self.creation;
+        CreateSettings {
+            min_depth: c.min_depth as usize,
+            max_depth: c.max_depth as usize,
+            column_depth: c.column_depth as usize,
+            grow_leaf_probability: c.grow_leaf_probability,
+            plain_column_probability: c.plain_column_probability,
+            constant_min: c.constant_min as f32,
+            constant_max: c.constant_max as f32,
+            trees: self.trees as usize,
+            nodes: self.nodes.clone(),
+        }
+    }
+
+    /// What of these settings is for crossover.
+    pub fn crossover_settings(&self) -> CrossoverSettings {
+        CrossoverSettings {
+            internal_probability: self.breeding.internal_probability,
+            max_depth: self.breeding.max_depth as usize,
+        }
     }
 
     /// These settings for a resumed run that shall have `generations` in all.

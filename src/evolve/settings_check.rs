@@ -1,6 +1,7 @@
 //! Which values of the settings are possible.
 
 use super::settings::{Fault, Settings};
+use crate::tree::{MAX_WEIGHT, NodeSet, NodeType};
 
 /// The largest seed: the largest integer that TOML knows.
 const MAX_SEED: u64 = i64::MAX as u64;
@@ -44,23 +45,26 @@ impl Settings {
     fn check_creation(&self) -> Result<(), Fault> {
         let c = &self.creation;
         let limit = self.breeding.max_depth;
-        must((1..=100).contains(&limit), "breeding.max_depth", limit, "1 to 100")?;
+        must((2..=100).contains(&limit), "breeding.max_depth", limit, "2 to 100")?;
         must(
-            (1..=limit).contains(&c.max_depth),
+            (2..=limit).contains(&c.max_depth),
             "creation.max_depth",
             c.max_depth,
-            "1 to `breeding.max_depth`",
+            "2 to `breeding.max_depth`",
         )?;
-        must(c.max_depth <= 12, "creation.max_depth", c.max_depth, "at most 12: full trees grow as 4^depth")?;
         must(
-            (1..=c.max_depth).contains(&c.min_depth),
+            (2..=c.max_depth).contains(&c.min_depth),
             "creation.min_depth",
             c.min_depth,
-            "1 to `creation.max_depth`",
+            "2 to `creation.max_depth`",
         )?;
-        must(c.column_depth <= 10, "creation.column_depth", c.column_depth, "0 to 10")?;
-        probability("creation.full_probability", c.full_probability)?;
-        probability("creation.leaf_probability", c.leaf_probability)?;
+        must(
+            c.column_depth < limit,
+            "creation.column_depth",
+            c.column_depth,
+            "less than `breeding.max_depth`",
+        )?;
+        probability("creation.grow_leaf_probability", c.grow_leaf_probability)?;
         probability("creation.plain_column_probability", c.plain_column_probability)?;
         must(
             c.constant_min >= 1e-30 && c.constant_min <= 1e30,
@@ -88,10 +92,27 @@ impl Settings {
             "1 to 1,000,000",
         )?;
         probability("filter.in_range", f.in_range)?;
-        must((1..=1_000_000_000).contains(&f.max_draws), "filter.max_draws", f.max_draws, "1 to 1,000,000,000")
+        must((1..=1_000_000_000).contains(&f.max_draws), "filter.max_draws", f.max_draws, "1 to 1,000,000,000")?;
+        self.nodes.check().map_err(|error| Fault {
+            field: "nodes".to_string(),
+            value: format!("\"{}\"", self.nodes),
+            must: format!("enough to make trees of: {error}"),
+        })
     }
 }
 
 fn probability(field: &str, value: f64) -> Result<(), Fault> {
     must((0.0..=1.0).contains(&value), field, value, "a number from 0 to 1")
+}
+
+/// Sets the weight of the node type of this name.
+pub(super) fn set_weight(nodes: &mut NodeSet, name: &str, weight: u32) -> Result<(), Fault> {
+    let field = format!("nodes.{name}");
+    if NodeType::from_name(name).is_none() {
+        let names: Vec<&str> = NodeType::all().map(NodeType::name).collect();
+        let advice = format!("left out: there is no such node type, only {}", names.join(" "));
+        return must(false, &field, weight, &advice);
+    }
+    let set = nodes.edit(&format!("{name}={weight}"));
+    must(set.is_ok(), &field, weight, &format!("a whole number from 0 to {MAX_WEIGHT}"))
 }

@@ -139,15 +139,12 @@ impl Tree {
         Ok(tree)
     }
 
-    /// The tree of nodes that are known to be one; its depth is found.
-    ///
-    /// # Panics
-    /// If they are not one tree, or it is deeper than [`MAX_DEPTH`].
-    pub(super) fn from_sound(nodes: Vec<Node>) -> Tree {
-        let depth = depth(&nodes).expect("the nodes are one tree");
+    /// The tree of nodes that are known to be one, if it is not deeper than `max_depth` and [`MAX_DEPTH`].
+    pub(super) fn within_depth(nodes: Vec<Node>, max_depth: usize) -> Option<Tree> {
+        let depth = depth(&nodes).ok().filter(|&depth| depth <= max_depth)?;
         let tree = Tree::with_depth(nodes, depth);
         debug_assert_eq!(Tree::from_nodes(tree.nodes.clone(), TreeIndex::Second).as_ref(), Ok(&tree));
-        tree
+        Some(tree)
     }
 
     fn with_depth(nodes: Vec<Node>, depth: usize) -> Tree {
@@ -291,6 +288,15 @@ impl Individual {
             return Err(TreeError::Iter2);
         }
         Ok(Individual { first, second })
+    }
+
+    /// The individual with its first tree, or else its second, replaced.
+    pub(super) fn with_tree(&self, first: bool, tree: Tree) -> Result<Individual, TreeError> {
+        if first {
+            Individual::new(Some(tree), self.second.clone())
+        } else {
+            Individual::new(self.first.clone(), tree)
+        }
     }
 
     /// The tree that runs first, if there are two.

@@ -23,13 +23,12 @@ fn presets() {
 
 #[test]
 fn a_file_gives_some_fields_over_a_preset() {
-    let text = "preset = \"paper\"\npopulation = 100\n[filter]\nenabled = true\n[nodes]\nraw = 0\n\"3x8\" = 2.5\n";
+    let text = "preset = \"paper\"\npopulation = 100\n[filter]\nenabled = true\n[nodes]\nraw = 0\n\"3x8\" = 2\n";
     let settings = Settings::from_toml(text, "x").expect("sound");
     let mut expected = Settings::paper();
     expected.population = 100;
     expected.filter.enabled = true;
-    expected.set_weight("raw", 0.0).expect("a node type");
-    expected.set_weight("3x8", 2.5).expect("a node type");
+    expected.nodes.edit("-raw 3x8=2").expect("node types");
     assert_eq!(settings, expected);
     assert_eq!(Settings::from_toml("", "x").expect("sound"), Settings::default_preset());
     let more = settings.with_toml("[selection]\nkind = \"sharing\"", "y").expect("sound");
@@ -66,8 +65,8 @@ fn impossible_values() {
         ("[creation]\nconstant_max = 0.001", "2:16", "creation.constant_max"),
         ("[selection]\ntournament = 0", "2:14", "selection.tournament"),
         ("[filter]\nmax_draws = 0", "2:13", "filter.max_draws"),
-        ("[nodes]\nsqrt = 1.0", "2:8", "nodes.sqrt"),
-        ("[nodes]\nraw = -1.0", "2:7", "nodes.raw"),
+        ("[nodes]\nsqrt = 1", "2:8", "nodes.sqrt"),
+        ("[nodes]\nraw = 1001", "2:7", "nodes.raw"),
     ] {
         let e = error(text);
         assert!(e.starts_with(&format!("my.toml:{place}: ")) && e.contains(field), "{text}: {e}");
@@ -95,6 +94,7 @@ fn every_field_changes_the_fingerprint_but_generations() {
             "true" => "false".to_string(),
             "false" => "true".to_string(),
             "\"sharing\"" => "\"tournament\"".to_string(),
+            number if table == "[nodes]\n" => format!("{number}7"),
             number if number.contains('.') => format!("{:?}", number.parse::<f64>().expect("a number") * 0.75),
             "1" => "2".to_string(),
             number => (number.parse::<u64>().expect("a number") - 1).to_string(),

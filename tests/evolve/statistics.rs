@@ -127,7 +127,7 @@ fn a_single_tree_and_an_odd_population() {
     let mut settings = settings();
     settings.trees = 1;
     settings.population = 31;
-    settings.set_weight("raw", 0.0).expect("a node type");
+    settings.nodes.edit("-raw").expect("a node type");
     let state = state(settings);
     assert_eq!(state.population.len(), 31);
     for member in &state.population {

@@ -1,0 +1,122 @@
+//! Subtree crossover: two individuals exchange subtrees of the same kind.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::individual::{Individual, MAX_DEPTH, MAX_NODES, Tree};
+use super::node::Node;
+use super::random::Random;
+
+/// How individuals exchange subtrees. The default is the published set-up.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CrossoverSettings {
+    /// The probability that the point of exchange is a function, the tree's root included, and not a leaf.
+    pub internal_probability: f64,
+    /// The deepest that an offspring may be; a root has depth 0.
+    pub max_depth: usize,
+}
+
+impl Default for CrossoverSettings {
+    fn default() -> CrossoverSettings {
+        CrossoverSettings { internal_probability: 0.9, max_depth: 17 }
+    }
+}
+
+/// Why the settings of crossover cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CrossoverError {
+    /// `internal_probability` is out of its range.
+    #[error("internal_probability = {0} is no probability; it is from 0 to 1")]
+    Probability(f64),
+    /// `max_depth` is out of its range.
+    #[error("max_depth = {0} of offspring: it is from 2 to {MAX_DEPTH}")]
+    Depth(usize),
+}
+
+impl CrossoverSettings {
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// The first fault.
+    pub fn check(&self) -> Result<(), CrossoverError> {
+        if !(0.0..=1.0).contains(&self.internal_probability) {
+            return Err(CrossoverError::Probability(self.internal_probability));
+        }
+        if !(2..=MAX_DEPTH).contains(&self.max_depth) {
+            return Err(CrossoverError::Depth(self.max_depth));
+        }
+        Ok(())
+    }
+}
+
+/// Exchanges a subtree of one individual with one of another, in their first trees or in their second, each with
+/// probability 1/2 (in the second if one of them has no other). The first point is a function with the given
+/// probability, else a leaf; the second is chosen by the same rule among the nodes in the same place (rectangle,
+/// column expression, body, root), a leaf if there is no function.
+///
+/// An offspring that is too deep is replaced by the parent it comes from: the one that gives all but the subtree.
+/// So is one with more nodes than [`MAX_NODES`], and one that would read a first tree that it does not have.
+///
+/// ```
+/// use vsonar::tree::{CrossoverSettings, Individual, Random, crossover};
+///
+/// let a: Individual = "(individual (iterate-up 3x3 x-obstacle (set-a y)))".parse()?;
+/// let b: Individual = "(individual (iterate-down 2x8 4 (+ read-a 1)))".parse()?;
+/// let settings = CrossoverSettings::default();
+/// let (c, d) = crossover(&a, &b, &settings, &mut Random::stream(1, 1, 0));
+/// assert_eq!(c.len() + d.len(), a.len() + b.len());
+/// # Ok::<(), vsonar::tree::ParseError>(())
+/// ```
+pub fn crossover(
+    a: &Individual,
+    b: &Individual,
+    settings: &CrossoverSettings,
+    random: &mut Random,
+) -> (Individual, Individual) {
+    let both_have_first = a.first().is_some() && b.first().is_some();
+    let in_first = both_have_first && random.chance(0.5);
+    let (tree_a, tree_b) = (tree(a, in_first), tree(b, in_first));
+    let point_a = point(tree_a.nodes(), settings, random);
+    let among = tree_b.range(tree_a.place(point_a));
+    let point_b = among.start + point(&tree_b.nodes()[among], settings, random);
+    let (part_a, part_b) = (tree_a.subtree(point_a), tree_b.subtree(point_b));
+    (
+        offspring(a, in_first, (tree_a, part_a.clone()), (tree_b, part_b.clone()), settings),
+        offspring(b, in_first, (tree_b, part_b), (tree_a, part_a), settings),
+    )
+}
+
+fn tree(of: &Individual, first: bool) -> &Tree {
+    of.first().filter(|_| first).unwrap_or(of.second())
+}
+
+/// A node of a tree, or of a part of one: a function with the given probability if there is one, else a leaf.
+fn point(nodes: &[Node], settings: &CrossoverSettings, random: &mut Random) -> usize {
+    let functions = nodes.iter().filter(|node| node.is_function()).count();
+    // A part without functions leaves no choice, and nothing is drawn.
+    let function = functions > 0 && random.chance(settings.internal_probability);
+    let candidates = if function { functions } else { nodes.len() - functions };
+    let chosen = random.index(candidates);
+    let mut of_kind = (0..nodes.len()).filter(|&i| nodes[i].is_function() == function);
+    of_kind.nth(chosen).expect("fewer are skipped than there are")
+}
+
+/// `parent` with a part of one of its trees replaced by a part of another tree.
+fn offspring(
+    parent: &Individual,
+    in_first: bool,
+    (into, hole): (&Tree, Range<usize>),
+    (from, part): (&Tree, Range<usize>),
+    settings: &CrossoverSettings,
+) -> Individual {
+    if into.len() - hole.len() + part.len() > MAX_NODES {
+        return parent.clone();
+    }
+    let (before, after) = (&into.nodes()[..hole.start], &into.nodes()[hole.end..]);
+    let nodes = [before, &from.nodes()[part], after].concat();
+    Tree::within_depth(nodes, settings.max_depth)
+        .and_then(|tree| parent.with_tree(in_first, tree).ok())
+        .unwrap_or_else(|| parent.clone())
+}
