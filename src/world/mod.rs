@@ -1,1 +1,189 @@
-//! Placeholder.
+//! Synthetic offices: what `vsonar` evolves on when no pictures are at hand.
+//!
+//! [`Corridor`] renders a robot's drive through a made-up corridor by casting a ray for every pixel into a model of
+//! floor, walls, doors and things that stand around, lit by ceiling panels of which some are burned out. Labels
+//! come from the geometry and are exact: the first pixel from below whose centre's ray meets something other
+//! than the floor. The result is an ordinary [`Dataset`], and a pure function of settings and seed: integer
+//! hashes for noise, `libm` and IEEE basic arithmetic for the rest, no matter how many threads.
+//!
+//! The parts: [`geometry`] (what rays meet), [`building`] (which of it stands where), [`light`], [`texture`],
+//! [`camera`], [`render`] (from ray to gray value), [`noise`].
+//!
+//! ```
+//! use vsonar::world::Corridor;
+//! let small = Corridor { width: 64, height: 48, columns: 4, ..Corridor::default() };
+//! let set = small.render(1, 3)?;
+//! assert_eq!((set.images().len(), set.cases().len()), (3, 12));
+//! assert_eq!(set.images()[2].name, "corridor_0002.png");
+//! assert_eq!(set.fingerprint(), small.render(1, 3)?.fingerprint());
+//! # Ok::<(), vsonar::world::CorridorError>(())
+//! ```
+
+use rayon::prelude::*;
+
+use crate::dataset::{Case, Dataset, NamedImage};
+use camera::Lens;
+use render::Scene;
+
+pub mod building;
+pub mod camera;
+pub mod geometry;
+pub mod light;
+pub mod noise;
+mod outline;
+mod path;
+pub mod render;
+pub mod texture;
+
+/// Frames of the default set.
+pub const FRAMES: usize = 60;
+
+/// Settings of the camera. The building follows from the seed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Corridor {
+    /// Width of the pictures in pixels, at least 16.
+    pub width: u32,
+    /// Height of the pictures in pixels, at least 16.
+    pub height: u32,
+    /// Labelled columns in each picture, spread evenly: column i is at `(2 i + 1) width / (2 columns)`, rounded.
+    pub columns: u32,
+    /// Horizontal field of view in radians, between 0 and pi. Pixels are square.
+    pub field_of_view: f64,
+    /// Angle of the camera below the horizontal, in radians.
+    pub pitch: f64,
+    /// Height of the camera above the floor, in metres.
+    pub camera_height: f64,
+    /// Factor from light to the square of the relative gray value.
+    pub exposure: f64,
+    /// Share of a pixel's light that the lens gives to its neighbours, 0 to 1.
+    pub softness: f64,
+    /// Standard deviation of the sensor's noise, in gray values.
+    pub noise: f64,
+    /// Strength of interlace lines and moire, in gray values.
+    pub interlace: f64,
+    /// Whether the digitizer turns every gray value below 32 into 16, as that of the original robot did.
+    pub digitizer: bool,
+}
+
+/// Like the original robot: 320 x 240 pixels, six columns, 90 degrees of view, pitched 51 degrees down.
+impl Default for Corridor {
+    fn default() -> Corridor {
+        Corridor {
+            width: 320,
+            height: 240,
+            columns: 6,
+            field_of_view: 90f64.to_radians(),
+            pitch: 51f64.to_radians(),
+            camera_height: 0.8,
+            exposure: 0.9,
+            softness: 0.6,
+            noise: 2.0,
+            interlace: 0.8,
+            digitizer: true,
+        }
+    }
+}
+
+/// Why a corridor cannot be rendered.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CorridorError {
+    /// The pictures are too small or too large.
+    #[error("pictures of {width}x{height} pixels cannot be rendered; choose 16x16 to 4096x4096")]
+    Size {
+        /// The width asked for.
+        width: u32,
+        /// The height asked for.
+        height: u32,
+    },
+    /// No columns, or more than there are pixels.
+    #[error("{columns} columns do not fit in pictures {width} pixels wide; choose 1 to {width}")]
+    Columns {
+        /// The columns asked for.
+        columns: u32,
+        /// The width asked for.
+        width: u32,
+    },
+    /// No frames, or more than names are made for.
+    #[error("{0} frames cannot be rendered; choose 1 to 10000")]
+    Frames(usize),
+    /// A setting is not a number or out of its range.
+    #[error("the setting {name} is {value}; choose {low} to {high}")]
+    Setting {
+        /// Its name.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// The least value allowed.
+        low: f64,
+        /// The largest value allowed.
+        high: f64,
+    },
+}
+
+impl Corridor {
+    /// Drives through the building of this seed and takes so many pictures, named `corridor_0000.png` onward.
+    /// Another seed is another building, so a set to hold out.
+    ///
+    /// # Errors
+    /// If a setting is out of its range.
+    pub fn render(&self, seed: u64, frames: usize) -> Result<Dataset, CorridorError> {
+        self.check(frames)?;
+        let scene = Scene::new(self, seed);
+        let poses = scene.poses(frames);
+        let frame = |(i, pose)| {
+            let labels: Vec<u32> = self.labelled().map(|x| scene.label(pose, x)).collect();
+            let name = format!("corridor_{i:04}.png");
+            (NamedImage { name, pixels: scene.picture(pose, i as u64) }, labels)
+        };
+        let rendered: Vec<(NamedImage, Vec<u32>)> = poses.par_iter().enumerate().map(frame).collect();
+        let (mut images, mut cases) = (Vec::new(), Vec::new());
+        for (image, (picture, labels)) in rendered.into_iter().enumerate() {
+            images.push(picture);
+            cases.extend(self.labelled().zip(labels).map(|(x, y)| Case { image, x, y }));
+        }
+        Ok(Dataset::new("corridor", images, cases).expect("checked settings give a sound set"))
+    }
+
+    /// The labelled columns.
+    pub fn labelled(&self) -> impl Iterator<Item = u32> + use<> {
+        let (width, columns) = (u64::from(self.width), u64::from(self.columns));
+        (0..columns).map(move |i| (((2 * i + 1) * width + columns) / (2 * columns)).min(width - 1) as u32)
+    }
+
+    fn lens(&self) -> Lens {
+        Lens { width: self.width, height: self.height, field_of_view: self.field_of_view }
+    }
+
+    fn check(&self, frames: usize) -> Result<(), CorridorError> {
+        let (width, height, columns) = (self.width, self.height, self.columns);
+        if !(16..=4096).contains(&width) || !(16..=4096).contains(&height) {
+            return Err(CorridorError::Size { width, height });
+        }
+        if !(1..=width).contains(&columns) {
+            return Err(CorridorError::Columns { columns, width });
+        }
+        if !(1..=10_000).contains(&frames) {
+            return Err(CorridorError::Frames(frames));
+        }
+        let settings = [
+            ("field_of_view", self.field_of_view, 0.1, 3.0),
+            ("pitch", self.pitch, 0.0, 1.5),
+            ("camera_height", self.camera_height, 0.05, 2.0),
+            ("exposure", self.exposure, 0.0, 1000.0),
+            ("softness", self.softness, 0.0, 1.0),
+            ("noise", self.noise, 0.0, 255.0),
+            ("interlace", self.interlace, 0.0, 255.0),
+        ];
+        for (name, value, low, high) in settings {
+            if !(low..=high).contains(&value) {
+                return Err(CorridorError::Setting { name, value, low, high });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The set to evolve on when nothing else is given: 60 pictures of 320 x 240 pixels, six columns in each.
+pub fn default_dataset(seed: u64) -> Dataset {
+    Corridor::default().render(seed, FRAMES).expect("the default settings are in range")
+}
