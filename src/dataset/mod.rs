@@ -23,7 +23,12 @@
 //! # Ok::<(), vsonar::dataset::DatasetError>(())
 //! ```
 
+use std::sync::Arc;
+
 use image::GrayImage;
+use rayon::prelude::*;
+
+use crate::vision::{CaseSet, Lane, WindowSums};
 
 mod check;
 mod constants;
@@ -130,6 +135,14 @@ impl Dataset {
         columns.sort_unstable();
         columns.dedup();
         columns
+    }
+
+    /// What the executors run on: the window sums of all images (computed in parallel) and a lane for each case,
+    /// in order.
+    pub fn case_set(&self) -> CaseSet {
+        let images = self.images.par_iter().map(|i| Arc::new(WindowSums::new(&i.pixels))).collect();
+        let lanes = self.cases.iter().map(|c| Lane { image: c.image as u32, column: c.x }).collect();
+        CaseSet::new(images, lanes).expect("images of one size, cases inside them")
     }
 
     /// A hash of everything a run depends on: size, images (names and pixels) and cases, in order, but not the

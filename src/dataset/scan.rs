@@ -14,14 +14,13 @@ use rayon::prelude::*;
 
 use super::fault::{DatasetError, Fault, FaultKind, Place};
 use super::{Case, Dataset, NamedImage};
-use crate::vision::gray::load_gray;
+use crate::vision::{ImageError, load_gray};
+use vsonar_ir::Program;
 
 /// Name of the table in a folder.
 pub(super) const TABLE: &str = "labels.csv";
 /// Name of the subfolder for images.
 pub(super) const IMAGES: &str = "images";
-/// Smallest width and height of an image.
-const SMALLEST: u32 = 16;
 
 /// What a folder holds: the sound part of it, and the faults.
 pub(super) struct Scan {
@@ -267,7 +266,11 @@ fn is_confined(name: &str) -> bool {
 fn read_image(dir: &Path, name: &str) -> Result<GrayImage, FaultKind> {
     let places = [dir.join(IMAGES).join(name), dir.join(name)];
     let path = places.iter().find(|p| p.is_file()).ok_or_else(|| FaultKind::MissingImage(name.into()))?;
-    load_gray(path).map_err(|e| FaultKind::Image { image: name.into(), cause: e.to_string() })
+    let image = name.to_owned();
+    load_gray(path).map_err(|e| match e {
+        ImageError::TooSmall { width, height, .. } => FaultKind::Small { image, width, height },
+        other => FaultKind::Image { image, cause: other.to_string() },
+    })
 }
 
 /// Files in the folder and in its subfolder that look like images by their names and that no row mentions.
@@ -311,8 +314,11 @@ fn examine(
     for picture in &mut pictures {
         let (Some((common_width, common_height)), Some(pixels)) = (common, &picture.pixels) else { continue };
         let ((width, height), image, at) = (pixels.dimensions(), picture.name.clone(), picture.at);
-        let kind = if width < SMALLEST || height < SMALLEST {
+        let kind = if width.min(height) < Program::MIN_SIDE {
             FaultKind::Small { image, width, height }
+        } else if width.max(height) > Program::MAX_SIDE {
+            let cause = format!("{width}x{height} pixels are more than {} a side", Program::MAX_SIDE);
+            FaultKind::Image { image, cause }
         } else if (width, height) != (common_width, common_height) {
             FaultKind::Size { image, width, height, common_width, common_height }
         } else {

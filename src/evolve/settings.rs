@@ -186,7 +186,9 @@ pub enum Preset {
 #[derive(Debug, thiserror::Error)]
 pub enum SettingsError {
     /// The text is not TOML, or a field is unknown or of the wrong type.
-    #[error("{file}:{line}:{column}: {message}; every field with its meaning stands in the settings.toml of a run folder")]
+    #[error(
+        "{file}:{line}:{column}: {message}; every field with its meaning stands in the settings.toml of a run folder"
+    )]
     Syntax {
         /// Where the text comes from.
         file: String,
@@ -213,7 +215,9 @@ pub enum SettingsError {
     #[error("{0}")]
     Value(Fault),
     /// A resumed run was asked for fewer generations than it was made for.
-    #[error("the run was made for {made} generations and cannot be cut to {asked}; only more can be asked for")]
+    #[error(
+        "the run was made for {made} generations and cannot be cut to {asked}; only more can be asked for"
+    )]
     FewerGenerations {
         /// Generations in the run folder's settings.
         made: u32,

@@ -92,7 +92,12 @@ impl Settings {
             "1 to 1,000,000",
         )?;
         probability("filter.in_range", f.in_range)?;
-        must((1..=1_000_000_000).contains(&f.max_draws), "filter.max_draws", f.max_draws, "1 to 1,000,000,000")?;
+        must(
+            (1..=1_000_000_000).contains(&f.max_draws),
+            "filter.max_draws",
+            f.max_draws,
+            "1 to 1,000,000,000",
+        )?;
         self.nodes.check().map_err(|error| Fault {
             field: "nodes".to_string(),
             value: format!("\"{}\"", self.nodes),

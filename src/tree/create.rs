@@ -16,8 +16,6 @@ pub struct CreateSettings {
     pub min_depth: usize,
     /// The largest of the maximum depths.
     pub max_depth: usize,
-    /// The probability that a body is made by the method full, else by grow.
-    pub full_probability: f64,
     /// How deep a column expression may grow, its own root having depth 0.
     pub column_depth: usize,
     /// The probability of a leaf wherever a tree is grown and may have either.
@@ -39,7 +37,6 @@ impl Default for CreateSettings {
         CreateSettings {
             min_depth: 6,
             max_depth: 9,
-            full_probability: 0.5,
             column_depth: 3,
             grow_leaf_probability: 0.25,
             plain_column_probability: 0.0,
@@ -106,7 +103,6 @@ impl CreateSettings {
         if self.column_depth >= MAX_DEPTH {
             return Err(CreateError::ColumnDepth(self.column_depth));
         }
-        check_probability("full_probability", self.full_probability)?;
         check_probability("grow_leaf_probability", self.grow_leaf_probability)?;
         check_probability("plain_column_probability", self.plain_column_probability)?;
         let (min, max) = (self.constant_min, self.constant_max);
@@ -130,14 +126,14 @@ fn check_probability(name: &'static str, value: f64) -> Result<(), CreateError> 
 struct Pool {
     nodes: Vec<Node>,
     /// Running sums of the weights.
-    ends: Vec<f64>,
+    ends: Vec<u64>,
 }
 
 impl Pool {
     fn new(set: &NodeSet, place: Place, which: TreeIndex, function: bool) -> Pool {
-        let (mut nodes, mut ends, mut end) = (Vec::new(), Vec::new(), 0.0);
+        let (mut nodes, mut ends, mut end) = (Vec::new(), Vec::new(), 0);
         for (node, weight) in set.fitting(place, which, function) {
-            end += weight;
+            end += u64::from(weight);
             nodes.push(node);
             ends.push(end);
         }
@@ -145,12 +141,9 @@ impl Pool {
     }
 
     fn draw(&self, random: &mut Random) -> Node {
-        let [before @ .., total] = &self.ends[..] else {
-            unreachable!("the settings' check finds empty pools")
-        };
-        // The product may round up to the total, which is the last node's too.
-        let ticket = random.unit() * total;
-        self.nodes[before.partition_point(|&end| end <= ticket)]
+        let total = *self.ends.last().expect("the settings' check finds empty pools");
+        let ticket = random.below(total);
+        self.nodes[self.ends.partition_point(|&end| end <= ticket)]
     }
 }
 
@@ -232,7 +225,7 @@ impl Creator {
         let CreateSettings { min_depth, max_depth, column_depth, grow_leaf_probability: leaf, .. } =
             self.settings;
         let depth = min_depth + random.index(max_depth - min_depth + 1);
-        let full = random.chance(self.settings.full_probability);
+        let full = random.chance(0.5);
         let mut nodes = vec![self.roots.draw(random), self.rectangles.draw(random)];
         if random.chance(self.settings.plain_column_probability) {
             nodes.push(Node::XObstacle);
