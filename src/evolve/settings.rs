@@ -92,6 +92,8 @@ table! {
         min_depth: u32,
         /// Greatest of the maximum depths of new trees.
         max_depth: u32,
+        /// Probability of the full method, else grow.
+        full_probability: f64,
         /// Probability that the grow method takes a leaf above the last level.
         grow_leaf_probability: f64,
         /// Depth a column expression is grown within, counted from its own root.
@@ -258,6 +260,7 @@ impl Settings {
             creation: Creation {
                 min_depth: 6,
                 max_depth: 9,
+                full_probability: 0.5,
                 grow_leaf_probability: 0.25,
                 column_depth: 3,
                 plain_column_probability: 0.0,
@@ -353,6 +356,7 @@ impl Settings {
             min_depth: c.min_depth as usize,
             max_depth: c.max_depth as usize,
             column_depth: c.column_depth as usize,
+            full_probability: c.full_probability,
             grow_leaf_probability: c.grow_leaf_probability,
             plain_column_probability: c.plain_column_probability,
             constant_min: c.constant_min as f32,

@@ -64,6 +64,7 @@ impl Settings {
             c.column_depth,
             "less than `breeding.max_depth`",
         )?;
+        probability("creation.full_probability", c.full_probability)?;
         probability("creation.grow_leaf_probability", c.grow_leaf_probability)?;
         probability("creation.plain_column_probability", c.plain_column_probability)?;
         must(

@@ -18,6 +18,8 @@ pub struct CreateSettings {
     pub max_depth: usize,
     /// How deep a column expression may grow, its own root having depth 0.
     pub column_depth: usize,
+    /// The probability that a tree is full, and not grown.
+    pub full_probability: f64,
     /// The probability of a leaf wherever a tree is grown and may have either.
     pub grow_leaf_probability: f64,
     /// The probability that a column expression is plain `x-obstacle` instead of grown.
@@ -38,6 +40,7 @@ impl Default for CreateSettings {
             min_depth: 6,
             max_depth: 9,
             column_depth: 3,
+            full_probability: 0.5,
             grow_leaf_probability: 0.25,
             plain_column_probability: 0.0,
             constant_min: 0.01,
@@ -103,6 +106,7 @@ impl CreateSettings {
         if self.column_depth >= MAX_DEPTH {
             return Err(CreateError::ColumnDepth(self.column_depth));
         }
+        check_probability("full_probability", self.full_probability)?;
         check_probability("grow_leaf_probability", self.grow_leaf_probability)?;
         check_probability("plain_column_probability", self.plain_column_probability)?;
         let (min, max) = (self.constant_min, self.constant_max);
@@ -225,7 +229,7 @@ impl Creator {
         let CreateSettings { min_depth, max_depth, column_depth, grow_leaf_probability: leaf, .. } =
             self.settings;
         let depth = min_depth + random.index(max_depth - min_depth + 1);
-        let full = random.chance(0.5);
+        let full = random.chance(self.settings.full_probability);
         let mut nodes = vec![self.roots.draw(random), self.rectangles.draw(random)];
         if random.chance(self.settings.plain_column_probability) {
             nodes.push(Node::XObstacle);

@@ -8,7 +8,8 @@ use image::{GrayImage, Luma};
 use vsonar::dataset::{Case, Dataset, NamedImage};
 use vsonar::evolve::{Evolution, RunFolder, Settings, State, StopReason};
 use vsonar::exec::reference::ReferenceExecutor;
-use vsonar::exec::{ExecError, Executor, Worker};
+use vsonar::exec::tree::TreeExecutor;
+use vsonar::exec::Executor;
 
 pub const WIDTH: u32 = 64;
 pub const HEIGHT: u32 = 48;
@@ -45,24 +46,9 @@ pub fn reference() -> Arc<dyn Executor> {
     Arc::new(ReferenceExecutor)
 }
 
-/// The reference executor under the guise of one that does not lower, so that nothing is known from a cache of
-/// programs and no program is looked at.
-struct Blind;
-
-impl Executor for Blind {
-    fn name(&self) -> &'static str {
-        "blind"
-    }
-    fn lowers(&self) -> bool {
-        false
-    }
-    fn worker(&self) -> Result<Box<dyn Worker>, ExecError> {
-        ReferenceExecutor.worker()
-    }
-}
-
+/// All executors. The walker does not lower, so with it no result is known from a cache of programs.
 pub fn executors() -> Vec<Arc<dyn Executor>> {
-    vec![reference(), Arc::new(Blind)]
+    vec![reference(), Arc::new(TreeExecutor)]
 }
 
 pub fn never() -> AtomicBool {
