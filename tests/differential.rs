@@ -6,7 +6,9 @@ mod common;
 use vsonar::ir::generate::Random as Small;
 use vsonar::ir::{Op, Rect, reference};
 use vsonar::lower::lower;
-use vsonar::tree::{CreateSettings, Creator, CrossoverSettings, Individual, NodeType, Random, subtree_crossover};
+use vsonar::tree::{
+    CreateSettings, Creator, CrossoverSettings, Individual, NodeType, Random, subtree_crossover,
+};
 
 const SEED: u64 = 20_260;
 

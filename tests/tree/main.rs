@@ -47,8 +47,8 @@ fn check_tree(tree: &Tree, which: TreeIndex) -> usize {
         assert!(allowed, "{node:?} stands in the {place}");
         let places = [Place::Rect, Place::Column, Place::Body];
         let mut deepest = 0;
-        for argument in 0..node.arity() {
-            let place = if place == Place::Root { places[argument] } else { place };
+        for of_root in places.into_iter().cycle().take(node.arity()) {
+            let place = if place == Place::Root { of_root } else { place };
             deepest = deepest.max(1 + walk(nodes, at, place, which));
         }
         deepest
