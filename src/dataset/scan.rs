@@ -141,16 +141,20 @@ fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<(Place, String)>, Ve
         faults.push(Fault { at: Place::Set, kind: FaultKind::NoTable(path.into()) });
         return nothing;
     }
-    // The header is read as a row of its own, for the reader's automatic header would hide its line.
-    let reader =
-        csv::ReaderBuilder::new().has_headers(false).flexible(true).trim(csv::Trim::All).from_path(path);
-    let mut reader = match reader {
-        Ok(reader) => reader,
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
         Err(e) => {
             faults.push(Fault { at: Place::Set, kind: FaultKind::Table(e.to_string()) });
             return nothing;
         }
     };
+    // The header is read as a row of its own, for its line is needed too.
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(bytes.as_slice());
+    let mut lines = Lines { bytes: &bytes, counted: 0, line: 1 };
     let mut record = csv::ByteRecord::new();
     let mut header: Option<Header> = None;
     let mut images: Vec<(Place, String)> = Vec::new();
@@ -165,7 +169,7 @@ fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<(Place, String)>, Ve
                 break;
             }
         }
-        let at = Place::Line(record.position().map_or(0, csv::Position::line));
+        let at = Place::Line(lines.of(record.position().map_or(0, csv::Position::byte)));
         let Some(header) = &header else {
             match Header::read(&record) {
                 Ok(read) => header = Some(read),
@@ -207,6 +211,29 @@ fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<(Place, String)>, Ve
         faults.push(Fault { at: Place::Set, kind: FaultKind::Empty });
     }
     (images, rows, count)
+}
+
+/// Counts lines. The reader's own count stops before blank lines, which it skips.
+struct Lines<'b> {
+    bytes: &'b [u8],
+    counted: usize,
+    line: u64,
+}
+
+impl Lines<'_> {
+    /// The line of the record that the reader found at this byte or after the line ends there.
+    fn of(&mut self, byte: u64) -> u64 {
+        let byte = self.bytes.len().min(byte as usize);
+        let skipped = self.bytes[byte..].iter().take_while(|&&b| b == b'\r' || b == b'\n').count();
+        while self.counted < byte + skipped {
+            let rest = &self.bytes[self.counted..];
+            // a carriage return alone ends a line, too
+            let ends = rest[0] == b'\n' || (rest[0] == b'\r' && rest.get(1) != Some(&b'\n'));
+            self.line += u64::from(ends);
+            self.counted += 1;
+        }
+        self.line
+    }
 }
 
 /// Where the three columns stand.
