@@ -26,7 +26,8 @@ impl Folder {
 
     fn image(self, name: &str, width: u32, height: u32) -> Folder {
         let shade = name.bytes().fold(0u8, |a, b| a.wrapping_mul(31).wrapping_add(b));
-        let pixels = GrayImage::from_fn(width, height, |x, y| Luma([shade.wrapping_add((x * 7 + y * 3) as u8)]));
+        let pixels =
+            GrayImage::from_fn(width, height, |x, y| Luma([shade.wrapping_add((x * 7 + y * 3) as u8)]));
         let path = self.path().join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         pixels.save(path).unwrap();
@@ -152,7 +153,8 @@ fn faults_of_images() {
     let all_small = Folder::new().image("a.png", 8, 8).table("image,x,y\na.png,1,2\n");
     assert_eq!(all_small.faults(), [(Some(2), "small")]);
     // the size most images have counts, not that of the first
-    let first = Folder::new().image("a.png", 40, 24).image("b.png", 32, 24).image("c.png", 32, 24).table(table);
+    let first =
+        Folder::new().image("a.png", 40, 24).image("b.png", 32, 24).image("c.png", 32, 24).table(table);
     assert_eq!(first.faults(), [(Some(2), "size")]);
 
     let truncated = sound().image("images/c.png", 32, 24).table(table);
@@ -228,8 +230,11 @@ fn images_without_labels_are_a_note() {
 /// Images named so, each with a case at every given (x, y).
 fn set(names: &[&str], cases: &[(u32, u32)]) -> Dataset {
     let pixels = |i: usize| GrayImage::from_pixel(64, 240, Luma([i as u8]));
-    let images =
-        names.iter().enumerate().map(|(i, n)| NamedImage { name: n.to_string(), pixels: pixels(i) }).collect();
+    let images = names
+        .iter()
+        .enumerate()
+        .map(|(i, n)| NamedImage { name: n.to_string(), pixels: pixels(i) })
+        .collect();
     let cases = (0..names.len()).flat_map(|image| cases.iter().map(move |&(x, y)| Case { image, x, y }));
     Dataset::new("made", images, cases.collect()).unwrap()
 }
@@ -238,7 +243,8 @@ fn set(names: &[&str], cases: &[(u32, u32)]) -> Dataset {
 fn parts_in_memory_are_held_to_the_same_rules() {
     let image = |name: &str, w, h| NamedImage { name: name.into(), pixels: GrayImage::new(w, h) };
     let case = |image, x, y| Case { image, x, y };
-    let images = vec![image("a.png", 20, 20), image("../b", 20, 20), image("a.png", 20, 21), image("c.png", 5, 20)];
+    let images =
+        vec![image("a.png", 20, 20), image("../b", 20, 20), image("a.png", 20, 21), image("c.png", 5, 20)];
     let cases = vec![case(0, 1, 1), case(0, 1, 2), case(0, 20, 20), case(9, 1, 1), case(2, 1, 1)];
     let error = Dataset::new("parts", images, cases).unwrap_err();
     let found: Vec<(Place, &str)> = error.faults().iter().map(|f| (f.at, f.kind.code())).collect();
@@ -283,7 +289,10 @@ fn splits_by_name() {
     let error = whole.split("run_A*", "walk_*").unwrap_err();
     assert!(matches!(error, SplitError::Nothing { .. }), "{error}");
     let text = error.to_string();
-    assert!(text.contains("walk_*") && text.contains("run_A_1.png") && text.contains("run_C_1.png"), "{text}");
+    assert!(
+        text.contains("walk_*") && text.contains("run_A_1.png") && text.contains("run_C_1.png"),
+        "{text}"
+    );
     let error = whole.split("*", "run_A*").unwrap_err();
     assert!(matches!(error, SplitError::Overlap { count: 2, .. }), "{error}");
     // a pattern is held against the whole name
@@ -295,7 +304,10 @@ fn constants_learned_on_one_set_score_on_another() {
     let a = set(&["1.png", "2.png"], &[(1, 10), (2, 100), (3, 105)]);
     let constants = Constants::learn(&a, 10.0);
     assert_eq!(constants.overall().correct, 4);
-    assert_eq!(constants.columns().iter().map(|c| (c.0, c.1.correct)).collect::<Vec<_>>(), [(1, 2), (2, 2), (3, 2)]);
+    assert_eq!(
+        constants.columns().iter().map(|c| (c.0, c.1.correct)).collect::<Vec<_>>(),
+        [(1, 2), (2, 2), (3, 2)]
+    );
     assert_eq!(constants.score(&a).per_column, 6);
     assert_eq!(constants.answer(1), 10.0);
     assert_eq!(constants.answer(50), constants.overall().answer, "an unseen column takes the overall answer");
@@ -397,6 +409,9 @@ fn real_images_where_present() {
         assert_eq!((set.images().len(), set.cases().len()), (images, cases));
         let score = report.constants_score().unwrap();
         let percent = |share: f64| (share * 1000.0).round() / 10.0;
-        assert_eq!((percent(score.overall_share()), percent(score.per_column_share())), (overall, per_column));
+        assert_eq!(
+            (percent(score.overall_share()), percent(score.per_column_share())),
+            (overall, per_column)
+        );
     }
 }
