@@ -1,1 +1,170 @@
-//! Placeholder.
+//! Detectors: a gray image and columns in, rows out.
+//!
+//! Evolved and compiled, exported, hand-written or ideal: whatever finds obstacles is a [`Detector`]. This module
+//! holds the trait and [`CompiledDetector`], a program compiled once and called on any number of images.
+
+use std::sync::Arc;
+
+use image::GrayImage;
+use vsonar_ir::Program;
+
+use crate::exec::ExecError;
+use crate::exec::cranelift::{OwnedCode, Runner, Shape};
+use crate::tree::Individual;
+use crate::vision::{CaseSet, Lane, WindowSums};
+
+/// Why an image could not be looked at.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum DetectError {
+    /// The image is not of the detector's size.
+    #[error(
+        "the detector is for images of {width}x{height} pixels, but the image has \
+         {image_width}x{image_height}; scale it, or compile the detector for its size"
+    )]
+    ImageSize {
+        /// Width the detector is for.
+        width: u32,
+        /// Height the detector is for.
+        height: u32,
+        /// The image's width.
+        image_width: u32,
+        /// The image's height.
+        image_height: u32,
+    },
+    /// A column outside the image.
+    #[error("column {column} is outside the image, whose columns are 0 to {}", .width - 1)]
+    Column {
+        /// The column asked for.
+        column: u32,
+        /// The image's width.
+        width: u32,
+    },
+    /// Not as many places for rows as columns.
+    #[error("{columns} columns need as many places for rows, not {rows}")]
+    Rows {
+        /// How many columns were asked for.
+        columns: usize,
+        /// How many rows there is room for.
+        rows: usize,
+    },
+}
+
+/// Finds the row of the lowest non-ground pixel in columns of an image.
+pub trait Detector {
+    /// Width of the images it takes, in pixels.
+    fn width(&self) -> u32;
+
+    /// Height of the images it takes, in pixels.
+    fn height(&self) -> u32;
+
+    /// Writes, for each of `columns` (in pixels from the left), the row of the lowest non-ground pixel, in pixels
+    /// from the top. An evolved detector's answer may be fractional, outside the image, or not finite.
+    ///
+    /// # Errors
+    /// If the image is of another size, a column is outside it, or `rows` is not as long as `columns`. No row
+    /// has been written then.
+    fn detect(&self, image: &GrayImage, columns: &[u32], rows: &mut [f32]) -> Result<(), DetectError>;
+}
+
+/// A program compiled to native code, to be called on images from any number of threads.
+///
+/// ```
+/// use vsonar::detector::{CompiledDetector, Detector};
+///
+/// // Goes up from the bottom until the gradient exceeds 50, and answers that row.
+/// let program = vsonar::ir::text::parse("\
+/// vir 1
+/// image 64x48
+/// loop 2 up 3x3
+/// column
+///   v0 = x-obstacle
+///   result v0
+/// body
+///   varying
+///     v0 = y
+///     v1 = window gradient
+///     v2 = const 50
+///     v3 = lt v2 v1
+///   next a v0
+///   break v3
+/// ")?;
+/// let detector = CompiledDetector::compile(&program)?;
+///
+/// // A bright wall ends at row 19; the floor below is dark.
+/// let image = image::GrayImage::from_fn(64, 48, |_, y| image::Luma([if y < 20 { 200 } else { 40 }]));
+/// let mut rows = [0.0; 3];
+/// detector.detect(&image, &[5, 30, 60], &mut rows)?;
+/// assert_eq!(rows, [21.0; 3]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct CompiledDetector {
+    program: Program,
+    /// None where the answer is the same for every image.
+    code: Option<OwnedCode>,
+}
+
+impl CompiledDetector {
+    /// Compiles a program for this machine. Optimise it first ([`vsonar_ir::opt::optimise`]).
+    ///
+    /// # Errors
+    /// If there is no code generator for this machine, or the system refuses executable memory.
+    pub fn compile(program: &Program) -> Result<CompiledDetector, ExecError> {
+        let code = match program.constant_answer() {
+            Some(_) => None,
+            None => Some(OwnedCode::compile(program, Shape::Lanes4)?),
+        };
+        Ok(CompiledDetector { program: program.clone(), code })
+    }
+
+    /// Lowers, optimises and compiles an individual for images of `width` x `height` pixels.
+    ///
+    /// # Errors
+    /// As [`CompiledDetector::compile`].
+    pub fn compile_individual(
+        individual: &Individual,
+        width: u32,
+        height: u32,
+    ) -> Result<CompiledDetector, ExecError> {
+        let program = vsonar_ir::opt::optimise(&crate::lower::lower(individual, width, height));
+        CompiledDetector::compile(&program)
+    }
+
+    /// The program.
+    pub const fn program(&self) -> &Program {
+        &self.program
+    }
+}
+
+impl Detector for CompiledDetector {
+    fn width(&self) -> u32 {
+        self.program.width()
+    }
+
+    fn height(&self) -> u32 {
+        self.program.height()
+    }
+
+    fn detect(&self, image: &GrayImage, columns: &[u32], rows: &mut [f32]) -> Result<(), DetectError> {
+        let (width, height) = (self.width(), self.height());
+        let (image_width, image_height) = image.dimensions();
+        if (width, height) != (image_width, image_height) {
+            return Err(DetectError::ImageSize { width, height, image_width, image_height });
+        }
+        if let Some(&column) = columns.iter().find(|&&column| column >= width) {
+            return Err(DetectError::Column { column, width });
+        }
+        if columns.len() != rows.len() {
+            return Err(DetectError::Rows { columns: columns.len(), rows: rows.len() });
+        }
+        let Some(code) = &self.code else {
+            rows.fill(self.program.constant_answer().unwrap_or_default());
+            return Ok(());
+        };
+        let lanes = columns.iter().map(|&column| Lane { image: 0, column }).collect();
+        let cases = CaseSet::new(vec![Arc::new(WindowSums::new(image))], lanes)
+            .expect("there is one image, and the columns have been checked");
+        Runner::new(false).run(&self.program, code.code(), &cases, rows);
+        Ok(())
+    }
+}

@@ -71,3 +71,100 @@ fn breed_pair(
 fn copy(members: &[Member], i: usize) -> Offspring {
     Offspring { genotype: members[i].genotype.clone(), copy_of: Some(i) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evolve::fitness::CaseBits;
+    use crate::evolve::population::Outcome;
+    use crate::tree::Creator;
+
+    /// Members with nothing in common but that they solve no case.
+    fn members(settings: &Settings, count: u32) -> Vec<Member> {
+        let creator = Creator::new(&settings.create_settings()).expect("sound settings");
+        let outcome = Outcome { solved: CaseBits::from_fn(8, |_| false), behaviour: 0, constant: false };
+        let member = |slot| Member {
+            genotype: Genotype::new(creator.individual(&mut Random::stream(99, 0, slot))),
+            outcome: outcome.clone(),
+        };
+        (0..count).map(member).collect()
+    }
+
+    fn small() -> Settings {
+        let mut settings = Settings::paper();
+        settings.creation.min_depth = 4;
+        settings.creation.max_depth = 5;
+        settings
+    }
+
+    fn offspring(settings: &Settings, count: u32, generation: u32) -> Vec<Offspring> {
+        let members = members(settings, count);
+        let scores = vec![0.0; members.len()];
+        breed(&members, &scores, settings, &settings.crossover_settings(), generation)
+    }
+
+    #[test]
+    fn a_tenth_is_copied() {
+        let offspring = offspring(&small(), 4000, 1);
+        let copied = |pair: &&[Offspring]| pair.iter().all(|o| o.copy_of.is_some());
+        let pairs = offspring.chunks(2).filter(copied).count();
+        // 2,000 pairs, 0.1 each: 200 with a standard deviation of 13.4; a few more that exchanged equals.
+        assert!((133..280).contains(&pairs), "{pairs} pairs copied");
+    }
+
+    #[test]
+    fn copies_are_their_parents() {
+        let settings = small();
+        let members = members(&settings, 300);
+        for child in offspring(&settings, 300, 2) {
+            match child.copy_of {
+                Some(parent) => assert!(child.genotype == members[parent].genotype),
+                None => assert!(child.genotype.individual().depth() <= 17),
+            }
+        }
+    }
+
+    #[test]
+    fn the_second_parent_is_drawn_again_if_it_is_the_first() {
+        let mut settings = small();
+        settings.breeding.crossover_probability = 0.0;
+        let twins = |settings: &Settings| {
+            let all: Vec<Offspring> = (1..200).flat_map(|g| offspring(settings, 4, g)).collect();
+            all.chunks(2).filter(|pair| pair[0].copy_of == pair[1].copy_of).count()
+        };
+        // Of 398 pairs a quarter by chance; ten redraws leave less than one in a million.
+        assert_eq!(twins(&settings), 0);
+        settings.breeding.redraws = 0;
+        let found = twins(&settings);
+        assert!((60..140).contains(&found), "{found} of 398");
+    }
+
+    #[test]
+    fn an_odd_population_stays_odd() {
+        let settings = small();
+        let (odd, even) = (offspring(&settings, 31, 1), offspring(&settings, 32, 1));
+        assert_eq!((odd.len(), even.len()), (31, 32));
+    }
+
+    #[test]
+    fn the_best_breed_most() {
+        let mut settings = small();
+        settings.breeding.crossover_probability = 0.0;
+        let members = members(&settings, 100);
+        let scores: Vec<f64> = (0..100).map(f64::from).collect();
+        let next = breed(&members, &scores, &settings, &settings.crossover_settings(), 1);
+        let mean = next.iter().filter_map(|o| o.copy_of).sum::<usize>() as f64 / 100.0;
+        // The largest of seven of 0..100 is 87 on average.
+        assert!((80.0..93.0).contains(&mean), "{mean}");
+    }
+
+    #[test]
+    fn threads_change_nothing() {
+        let settings = small();
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            pool.install(|| offspring(&settings, 101, 3))
+        };
+        assert!(on(1) == on(3));
+    }
+}

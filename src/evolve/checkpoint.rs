@@ -143,7 +143,8 @@ pub fn encode(state: &State, origin: Origin) -> Vec<u8> {
     }
     let length = (out.len() - HEADER) as u64;
     let checksum = crc32fast::hash(&out[HEADER..]);
-    let header = [&MAGIC[..], &VERSION.to_le_bytes(), &length.to_le_bytes(), &checksum.to_le_bytes()].concat();
+    let header =
+        [&MAGIC[..], &VERSION.to_le_bytes(), &length.to_le_bytes(), &checksum.to_le_bytes()].concat();
     out[..HEADER].copy_from_slice(&header);
     out
 }
@@ -277,7 +278,8 @@ impl<'a> Reader<'a> {
         };
         let behaviour = self.u64()?;
         let words = self.take(cases.div_ceil(64).checked_mul(8)?)?;
-        let words: Vec<u64> = words.chunks_exact(8).filter_map(|w| Some(u64::from_le_bytes(w.try_into().ok()?))).collect();
+        let words: Vec<u64> =
+            words.chunks_exact(8).filter_map(|w| Some(u64::from_le_bytes(w.try_into().ok()?))).collect();
         let solved = CaseBits::from_words(&words, cases)?;
         Some(Member { genotype, outcome: Outcome { solved, behaviour, constant } })
     }

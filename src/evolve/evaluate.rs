@@ -336,7 +336,11 @@ impl Session<'_> {
 
     /// What the candidate does on the cases, by running it. Results of other cases than the training set must
     /// not meet the cache.
-    pub(super) fn execute(&mut self, candidate: &Candidate<'_>, looks: bool) -> Result<Verdict, EvaluateError> {
+    pub(super) fn execute(
+        &mut self,
+        candidate: &Candidate<'_>,
+        looks: bool,
+    ) -> Result<Verdict, EvaluateError> {
         let start = Instant::now();
         let timing = self.worker.answers(candidate, &self.cases.set, &mut self.answers);
         let timing = timing.map_err(|source| EvaluateError::Program {

@@ -164,6 +164,8 @@ mod tests {
         assert_eq!(behaviour(&[1.0, f32::NAN]), behaviour(&[1.0, other_nan]));
         assert_ne!(behaviour(&[1.0, 2.0]), behaviour(&[2.0, 1.0]));
         assert_ne!(behaviour(&[0.0]), behaviour(&[0.0, 0.0]));
-        assert!(is_constant(&[f32::NAN, other_nan]) && is_constant(&[0.0, -0.0]) && !is_constant(&[0.0, 1.0]));
+        assert!(
+            is_constant(&[f32::NAN, other_nan]) && is_constant(&[0.0, -0.0]) && !is_constant(&[0.0, 1.0])
+        );
     }
 }

@@ -156,7 +156,8 @@ impl RunFolder {
 
     /// Writes the settings in full.
     pub(super) fn write_settings(&self, settings: &Settings) -> Result<(), FolderError> {
-        let mut text = String::from("# The settings of this run, in full; it can be repeated with `--settings`.\n\n");
+        let mut text =
+            String::from("# The settings of this run, in full; it can be repeated with `--settings`.\n\n");
         text.push_str(&settings.to_toml());
         let mut data = toml::Table::new();
         data.insert("data".to_string(), toml::Value::Table(self.data.clone()));

@@ -74,3 +74,26 @@ pub(super) fn fill(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn looks_by_hand() {
+        let answers = [0.0, -0.0, 47.0, 47.5, -0.5, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 3.25, 3.25];
+        // In range: both zeros, 47, and 3.25 twice. Distinct: 0, 47, 47.5, -0.5, 3.25.
+        assert_eq!(Looks::of(&answers, 48), Looks { in_range: 5, distinct: 5 });
+    }
+
+    #[test]
+    fn the_bar() {
+        let filter = Settings::default_preset().filter;
+        let looks = |in_range, distinct| Looks { in_range, distinct };
+        let many = Bar::new(&filter, 100, 200);
+        assert!(many.passes(looks(50, 20)) && !many.passes(looks(49, 20)) && !many.passes(looks(50, 19)));
+        // With 11 distinct labels at least half of them are 6.
+        let few = Bar::new(&filter, 100, 11);
+        assert!(few.passes(looks(50, 6)) && !few.passes(looks(50, 5)));
+    }
+}

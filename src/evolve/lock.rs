@@ -17,7 +17,8 @@ impl Lock {
 
     /// Takes the lock of a folder; `None` if another process (or another run of this one) holds it.
     pub(super) fn take(folder: &Path) -> io::Result<Option<Lock>> {
-        let file = OpenOptions::new().create(true).truncate(false).write(true).open(folder.join(Lock::NAME))?;
+        let file =
+            OpenOptions::new().create(true).truncate(false).write(true).open(folder.join(Lock::NAME))?;
         match file.try_lock() {
             Ok(()) => Ok(Some(Lock { _file: file })),
             Err(TryLockError::WouldBlock) => Ok(None),

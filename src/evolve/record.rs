@@ -138,7 +138,8 @@ pub(super) fn best_of(population: &[Member]) -> Option<&Member> {
 
 /// Of ascending numbers; of an even number of them the mean of the middle two.
 fn median(sorted: &[u32]) -> f64 {
-    let (Some(&low), Some(&high)) = (sorted.get(sorted.len().saturating_sub(1) / 2), sorted.get(sorted.len() / 2))
+    let (Some(&low), Some(&high)) =
+        (sorted.get(sorted.len().saturating_sub(1) / 2), sorted.get(sorted.len() / 2))
     else {
         return 0.0;
     };

@@ -204,7 +204,7 @@ impl Evolution {
             Some(state) => self.next(state, stop)?,
         };
         let Some(next) = next else { return Ok(None) };
-        let mut state = self.record(next, start);
+        let state = self.record(next, start);
         let saving = Instant::now();
         if let Some(folder) = &self.folder {
             folder.save(&state, self.origin)?;
@@ -221,7 +221,9 @@ impl Evolution {
     fn first(&self, stop: &AtomicBool) -> Result<Option<Generation>, RunError> {
         let slots = self.settings.population as usize;
         self.progress.begin(0, slots);
-        let fill = |session: &mut Session<'_>, slot| initial::fill(session, &self.settings, &self.creator, slot as u32);
+        let fill = |session: &mut Session<'_>, slot| {
+            initial::fill(session, &self.settings, &self.creator, slot as u32)
+        };
         let (filled, tally) = self.evaluator.each(slots, &self.cases, stop, &self.progress, fill)?;
         let Some(filled) = filled else { return Ok(None) };
         let mut draws = InitialDraws::default();
@@ -270,15 +272,14 @@ impl Evolution {
     /// The state with one generation more.
     fn record(&self, new: Generation, start: Instant) -> State {
         let recording = Instant::now();
-        let (mut records, mut hall_of_fame) =
-            self.state.as_ref().map_or((Vec::new(), HallOfFame::default()), |s| {
-                (s.records.clone(), s.hall_of_fame.clone())
-            });
+        let (mut records, mut hall_of_fame) = self
+            .state
+            .as_ref()
+            .map_or((Vec::new(), HallOfFame::default()), |s| (s.records.clone(), s.hall_of_fame.clone()));
         let generation = records.len() as u32;
         let so_far = hall_of_fame.best().map_or(0, |e| e.correct);
         let before = records.last().map_or(0, |r: &Record| r.evaluations_total);
-        let mut record =
-            Record::of(generation, &new.members, so_far, (new.evaluations, before), new.initial);
+        let mut record = Record::of(generation, &new.members, so_far, (new.evaluations, before), new.initial);
         for member in &new.members {
             hall_of_fame.offer(member.individual(), member.correct(), generation);
         }

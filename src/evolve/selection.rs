@@ -60,9 +60,11 @@ mod tests {
             // All drawn are at most of this rank, less all drawn are below it.
             let below = |r: usize| (r as f64 / n as f64).powi(size as i32);
             let p = below(rank + 1) - below(rank);
-            let (mean, deviation) =
-                (p * f64::from(rounds), (p * (1.0 - p) * f64::from(rounds)).sqrt());
-            assert!((f64::from(wins) - mean).abs() < 5.0 * deviation, "seed {seed}: rank {rank} won {wins} times");
+            let (mean, deviation) = (p * f64::from(rounds), (p * (1.0 - p) * f64::from(rounds)).sqrt());
+            assert!(
+                (f64::from(wins) - mean).abs() < 5.0 * deviation,
+                "seed {seed}: rank {rank} won {wins} times"
+            );
         }
     }
 

@@ -92,6 +92,8 @@ table! {
         min_depth: u32,
         /// Greatest of the maximum depths of new trees.
         max_depth: u32,
+        /// Probability of the full method, else grow.
+        full_probability: f64,
         /// Probability that the grow method takes a leaf above the last level.
         grow_leaf_probability: f64,
         /// Depth a column expression is grown within, counted from its own root.
@@ -186,7 +188,9 @@ pub enum Preset {
 #[derive(Debug, thiserror::Error)]
 pub enum SettingsError {
     /// The text is not TOML, or a field is unknown or of the wrong type.
-    #[error("{file}:{line}:{column}: {message}; every field with its meaning stands in the settings.toml of a run folder")]
+    #[error(
+        "{file}:{line}:{column}: {message}; every field with its meaning stands in the settings.toml of a run folder"
+    )]
     Syntax {
         /// Where the text comes from.
         file: String,
@@ -213,7 +217,9 @@ pub enum SettingsError {
     #[error("{0}")]
     Value(Fault),
     /// A resumed run was asked for fewer generations than it was made for.
-    #[error("the run was made for {made} generations and cannot be cut to {asked}; only more can be asked for")]
+    #[error(
+        "the run was made for {made} generations and cannot be cut to {asked}; only more can be asked for"
+    )]
     FewerGenerations {
         /// Generations in the run folder's settings.
         made: u32,
@@ -254,6 +260,7 @@ impl Settings {
             creation: Creation {
                 min_depth: 6,
                 max_depth: 9,
+                full_probability: 0.5,
                 grow_leaf_probability: 0.25,
                 column_depth: 3,
                 plain_column_probability: 0.0,
@@ -349,6 +356,7 @@ impl Settings {
             min_depth: c.min_depth as usize,
             max_depth: c.max_depth as usize,
             column_depth: c.column_depth as usize,
+            full_probability: c.full_probability,
             grow_leaf_probability: c.grow_leaf_probability,
             plain_column_probability: c.plain_column_probability,
             constant_min: c.constant_min as f32,

@@ -64,6 +64,7 @@ impl Settings {
             c.column_depth,
             "less than `breeding.max_depth`",
         )?;
+        probability("creation.full_probability", c.full_probability)?;
         probability("creation.grow_leaf_probability", c.grow_leaf_probability)?;
         probability("creation.plain_column_probability", c.plain_column_probability)?;
         must(
@@ -92,7 +93,12 @@ impl Settings {
             "1 to 1,000,000",
         )?;
         probability("filter.in_range", f.in_range)?;
-        must((1..=1_000_000_000).contains(&f.max_draws), "filter.max_draws", f.max_draws, "1 to 1,000,000,000")?;
+        must(
+            (1..=1_000_000_000).contains(&f.max_draws),
+            "filter.max_draws",
+            f.max_draws,
+            "1 to 1,000,000,000",
+        )?;
         self.nodes.check().map_err(|error| Fault {
             field: "nodes".to_string(),
             value: format!("\"{}\"", self.nodes),

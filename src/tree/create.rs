@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::individual::{Individual, MAX_DEPTH, MAX_NODES, Tree, TreeIndex};
-use super::node::{Node, Place};
+use super::node::Node;
 use super::nodeset::{NodeSet, NodeSetError};
+use super::place::Place;
 use super::random::Random;
 
 /// How random individuals are made. The default is the published set-up.
@@ -16,10 +17,10 @@ pub struct CreateSettings {
     pub min_depth: usize,
     /// The largest of the maximum depths.
     pub max_depth: usize,
-    /// The probability that a body is made by the method full, else by grow.
-    pub full_probability: f64,
     /// How deep a column expression may grow, its own root having depth 0.
     pub column_depth: usize,
+    /// The probability that a body is made by the method full, else by grow.
+    pub full_probability: f64,
     /// The probability of a leaf wherever a tree is grown and may have either.
     pub grow_leaf_probability: f64,
     /// The probability that a column expression is plain `x-obstacle` instead of grown.
@@ -39,8 +40,8 @@ impl Default for CreateSettings {
         CreateSettings {
             min_depth: 6,
             max_depth: 9,
-            full_probability: 0.5,
             column_depth: 3,
+            full_probability: 0.5,
             grow_leaf_probability: 0.25,
             plain_column_probability: 0.0,
             constant_min: 0.01,
@@ -130,14 +131,14 @@ fn check_probability(name: &'static str, value: f64) -> Result<(), CreateError> 
 struct Pool {
     nodes: Vec<Node>,
     /// Running sums of the weights.
-    ends: Vec<f64>,
+    ends: Vec<u64>,
 }
 
 impl Pool {
     fn new(set: &NodeSet, place: Place, which: TreeIndex, function: bool) -> Pool {
-        let (mut nodes, mut ends, mut end) = (Vec::new(), Vec::new(), 0.0);
+        let (mut nodes, mut ends, mut end) = (Vec::new(), Vec::new(), 0);
         for (node, weight) in set.fitting(place, which, function) {
-            end += weight;
+            end += u64::from(weight);
             nodes.push(node);
             ends.push(end);
         }
@@ -145,12 +146,9 @@ impl Pool {
     }
 
     fn draw(&self, random: &mut Random) -> Node {
-        let [before @ .., total] = &self.ends[..] else {
-            unreachable!("the settings' check finds empty pools")
-        };
-        // The product may round up to the total, which is the last node's too.
-        let ticket = random.unit() * total;
-        self.nodes[before.partition_point(|&end| end <= ticket)]
+        let total = *self.ends.last().expect("the settings' check finds empty pools");
+        let ticket = random.below(total);
+        self.nodes[self.ends.partition_point(|&end| end <= ticket)]
     }
 }
 

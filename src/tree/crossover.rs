@@ -51,6 +51,15 @@ impl CrossoverSettings {
     }
 }
 
+/// What one parent becomes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Offspring {
+    /// The individual, or a copy of the parent that it comes from.
+    pub individual: Individual,
+    /// Whether the exchange would have made the individual too deep, so that it is the parent again.
+    pub replaced: bool,
+}
+
 /// Exchanges a subtree of one individual with one of another, in their first trees or in their second, each with
 /// probability 1/2 (in the second if one of them has no other). The first point is a function with the given
 /// probability, else a leaf; the second is chosen by the same rule among the nodes in the same place (rectangle,
@@ -60,21 +69,21 @@ impl CrossoverSettings {
 /// So is one with more nodes than [`MAX_NODES`], and one that would read a first tree that it does not have.
 ///
 /// ```
-/// use vsonar::tree::{CrossoverSettings, Individual, Random, crossover};
+/// use vsonar::tree::{CrossoverSettings, Individual, Random, subtree_crossover};
 ///
 /// let a: Individual = "(individual (iterate-up 3x3 x-obstacle (set-a y)))".parse()?;
 /// let b: Individual = "(individual (iterate-down 2x8 4 (+ read-a 1)))".parse()?;
 /// let settings = CrossoverSettings::default();
-/// let (c, d) = crossover(&a, &b, &settings, &mut Random::stream(1, 1, 0));
-/// assert_eq!(c.len() + d.len(), a.len() + b.len());
+/// let [c, d] = subtree_crossover(&a, &b, &settings, &mut Random::stream(1, 1, 0));
+/// assert_eq!(c.individual.len() + d.individual.len(), a.len() + b.len());
 /// # Ok::<(), vsonar::tree::ParseError>(())
 /// ```
-pub fn crossover(
+pub fn subtree_crossover(
     a: &Individual,
     b: &Individual,
     settings: &CrossoverSettings,
     random: &mut Random,
-) -> (Individual, Individual) {
+) -> [Offspring; 2] {
     let both_have_first = a.first().is_some() && b.first().is_some();
     let in_first = both_have_first && random.chance(0.5);
     let (tree_a, tree_b) = (tree(a, in_first), tree(b, in_first));
@@ -82,10 +91,10 @@ pub fn crossover(
     let among = tree_b.range(tree_a.place(point_a));
     let point_b = among.start + point(&tree_b.nodes()[among], settings, random);
     let (part_a, part_b) = (tree_a.subtree(point_a), tree_b.subtree(point_b));
-    (
+    [
         offspring(a, in_first, (tree_a, part_a.clone()), (tree_b, part_b.clone()), settings),
         offspring(b, in_first, (tree_b, part_b), (tree_a, part_a), settings),
-    )
+    ]
 }
 
 fn tree(of: &Individual, first: bool) -> &Tree {
@@ -94,8 +103,11 @@ fn tree(of: &Individual, first: bool) -> &Tree {
 
 /// A node of a tree, or of a part of one: a function with the given probability if there is one, else a leaf.
 fn point(nodes: &[Node], settings: &CrossoverSettings, random: &mut Random) -> usize {
+    // Where there is no choice, nothing is drawn. A root by itself is a function without a leaf.
+    if nodes.len() == 1 {
+        return 0;
+    }
     let functions = nodes.iter().filter(|node| node.is_function()).count();
-    // A part without functions leaves no choice, and nothing is drawn.
     let function = functions > 0 && random.chance(settings.internal_probability);
     let candidates = if function { functions } else { nodes.len() - functions };
     let chosen = random.index(candidates);
@@ -110,13 +122,17 @@ fn offspring(
     (into, hole): (&Tree, Range<usize>),
     (from, part): (&Tree, Range<usize>),
     settings: &CrossoverSettings,
-) -> Individual {
+) -> Offspring {
+    let replaced = || Offspring { individual: parent.clone(), replaced: true };
     if into.len() - hole.len() + part.len() > MAX_NODES {
-        return parent.clone();
+        return replaced();
     }
     let (before, after) = (&into.nodes()[..hole.start], &into.nodes()[hole.end..]);
     let nodes = [before, &from.nodes()[part], after].concat();
-    Tree::within_depth(nodes, settings.max_depth)
-        .and_then(|tree| parent.with_tree(in_first, tree).ok())
-        .unwrap_or_else(|| parent.clone())
+    match Tree::within_depth(nodes, settings.max_depth).map(|tree| parent.with_tree(in_first, tree)) {
+        Some(Ok(individual)) if individual.depth() <= settings.max_depth => {
+            Offspring { individual, replaced: false }
+        }
+        _ => replaced(),
+    }
 }

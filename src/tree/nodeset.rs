@@ -7,10 +7,11 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
 use super::error::{quote, suggestion};
 use super::individual::TreeIndex;
-use super::node::{Node, NodeType, Place};
+use super::node::{Node, NodeType};
+use super::place::Place;
 
 /// The largest weight.
-pub const MAX_WEIGHT: f64 = 1e6;
+pub const MAX_WEIGHT: u32 = 1_000;
 
 /// The node types in use, with their weights: how much likelier than one of weight 1 a type is drawn among those
 /// that fit a place. At first every type has weight 1.
@@ -23,15 +24,15 @@ pub const MAX_WEIGHT: f64 = 1e6;
 /// use vsonar::tree::{NodeSet, NodeType};
 ///
 /// let set: NodeSet = "-moravec* +moravec-slash, if-le=2".parse()?;
-/// assert_eq!(set.weight(NodeType::from_name("moravec-vertical").unwrap()), 0.0);
-/// assert_eq!(set.weight(NodeType::from_name("if-le").unwrap()), 2.0);
+/// assert_eq!(set.weight(NodeType::from_name("moravec-vertical").unwrap()), 0);
+/// assert_eq!(set.weight(NodeType::from_name("if-le").unwrap()), 2);
 /// assert_eq!(set.to_string().parse(), Ok(set));
 /// # Ok::<(), vsonar::tree::NodeSetError>(())
 /// ```
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NodeSet {
     /// By number of type.
-    weights: Vec<f64>,
+    weights: Vec<u32>,
 }
 
 /// Why a set of node types cannot be used.
@@ -50,8 +51,8 @@ pub enum NodeSetError {
         /// The node with the nearest name, if one is near.
         suggestion: Option<&'static str>,
     },
-    /// A weight that is not from 0 to [`MAX_WEIGHT`].
-    #[error("the weight in {0} is not a number from 0 to {MAX_WEIGHT}")]
+    /// A weight that is no whole number up to [`MAX_WEIGHT`].
+    #[error("the weight in {0} is not a whole number from 0 to {MAX_WEIGHT}")]
     Weight(String),
     /// A place that nothing fits any more.
     #[error("the node set leaves no {what} for the {place}; put one back, as in `+{example}`")]
@@ -67,27 +68,14 @@ pub enum NodeSetError {
 
 impl Default for NodeSet {
     fn default() -> NodeSet {
-        NodeSet { weights: vec![1.0; NodeType::count()] }
+        NodeSet { weights: vec![1; NodeType::count()] }
     }
 }
 
 impl NodeSet {
     /// The weight of a type; 0 if it is not in the set.
-    pub fn weight(&self, node_type: NodeType) -> f64 {
+    pub fn weight(&self, node_type: NodeType) -> u32 {
         self.weights[node_type.index()]
-    }
-
-    /// Gives a type a weight; 0 takes it out.
-    ///
-    /// # Errors
-    /// [`NodeSetError::Weight`] if the weight is not from 0 to [`MAX_WEIGHT`].
-    pub fn set_weight(&mut self, node_type: NodeType, weight: f64) -> Result<(), NodeSetError> {
-        if !(0.0..=MAX_WEIGHT).contains(&weight) {
-            return Err(NodeSetError::Weight(quote(&format!("{node_type}={weight}"))));
-        }
-        // A negative zero is one of the range.
-        self.weights[node_type.index()] = weight.abs();
-        Ok(())
     }
 
     /// Applies edits to the set as it is.
@@ -95,23 +83,23 @@ impl NodeSet {
     /// # Errors
     /// If an edit is malformed or names no type. The set is then unchanged.
     pub fn edit(&mut self, edits: &str) -> Result<(), NodeSetError> {
-        let mut edited = self.clone();
+        let mut weights = self.weights.clone();
         for edit in edits.split([' ', ',', '\t', '\n', '\r']).filter(|edit| !edit.is_empty()) {
             let (name, weight) = Self::parse_edit(edit)?;
             for node_type in matching(name, edit)? {
-                let set = edited.set_weight(node_type, weight);
-                set.map_err(|_| NodeSetError::Weight(quote(edit)))?;
+                weights[node_type.index()] = weight;
             }
         }
-        *self = edited;
+        self.weights = weights;
         Ok(())
     }
 
-    fn parse_edit(edit: &str) -> Result<(&str, f64), NodeSetError> {
+    fn parse_edit(edit: &str) -> Result<(&str, u32), NodeSetError> {
         if let Some((name, weight)) = edit.rsplit_once('=') {
-            return Ok((name, weight.parse().map_err(|_| NodeSetError::Weight(quote(edit)))?));
+            let weight = weight.parse().ok().filter(|&w: &u32| w <= MAX_WEIGHT);
+            return Ok((name, weight.ok_or_else(|| NodeSetError::Weight(quote(edit)))?));
         }
-        let signed = [('-', 0.0), ('+', 1.0)].into_iter().find_map(|(s, w)| Some((edit.strip_prefix(s)?, w)));
+        let signed = [('-', 0), ('+', 1)].into_iter().find_map(|(s, w)| Some((edit.strip_prefix(s)?, w)));
         signed.filter(|(name, _)| !name.is_empty()).ok_or_else(|| NodeSetError::Edit(quote(edit)))
     }
 
@@ -121,10 +109,10 @@ impl NodeSet {
         place: Place,
         which: TreeIndex,
         function: bool,
-    ) -> impl Iterator<Item = (Node, f64)> + '_ {
+    ) -> impl Iterator<Item = (Node, u32)> + '_ {
         NodeType::all()
             .map(|t| (t.node(), self.weight(t)))
-            .filter(move |&(node, weight)| weight > 0.0 && suits(node, place, which, function))
+            .filter(move |&(node, weight)| weight > 0 && suits(node, place, which, function))
     }
 
     /// Checks that trees can be made of the set.
@@ -177,14 +165,10 @@ impl std::fmt::Display for NodeSet {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let mut space = "";
         for node_type in NodeType::all() {
-            let weight = self.weight(node_type);
-            if weight == 1.0 {
-                continue;
-            }
-            if weight == 0.0 {
-                write!(f, "{space}-{node_type}")?;
-            } else {
-                write!(f, "{space}{node_type}={weight}")?;
+            match self.weight(node_type) {
+                1 => continue,
+                0 => write!(f, "{space}-{node_type}")?,
+                weight => write!(f, "{space}{node_type}={weight}")?,
             }
             space = " ";
         }
@@ -218,7 +202,7 @@ impl<'de> Deserialize<'de> for NodeSet {
 mod tests {
     use super::*;
 
-    fn weight(set: &NodeSet, name: &str) -> f64 {
+    fn weight(set: &NodeSet, name: &str) -> u32 {
         set.weight(NodeType::from_name(name).expect("a node's name"))
     }
 
@@ -228,19 +212,19 @@ mod tests {
 
     #[test]
     fn edits_apply_in_order_and_print_back() {
-        let edits = "-raw -raw-sq,+sin -median* +median if-le=2 -* -=3 -+ ++ constant=0.25";
+        let edits = "-raw -raw-sq,+sin -median* +median if-le=2 -* -=3 -+ ++ constant=7";
         let set: NodeSet = edits.parse().expect("sound edits");
         let expected = [
-            ("raw", 0.0),
-            ("sin", 1.0),
-            ("median", 1.0),
-            ("median-corner-sq", 0.0),
-            ("if-le", 2.0),
-            ("*", 0.0),
-            ("-", 3.0),
-            ("+", 1.0),
-            ("constant", 0.25),
-            ("gradient", 1.0),
+            ("raw", 0),
+            ("sin", 1),
+            ("median", 1),
+            ("median-corner-sq", 0),
+            ("if-le", 2),
+            ("*", 0),
+            ("-", 3),
+            ("+", 1),
+            ("constant", 7),
+            ("gradient", 1),
         ];
         for (name, expected) in expected {
             assert_eq!(weight(&set, name), expected, "{name}");
@@ -248,7 +232,7 @@ mod tests {
         let printed = set.to_string();
         assert_eq!(
             printed,
-            "-=3 -* constant=0.25 if-le=2 -raw -raw-sq -median-sq -median-corner -median-corner-sq"
+            "-=3 -* constant=7 if-le=2 -raw -raw-sq -median-sq -median-corner -median-corner-sq"
         );
         assert_eq!(printed.parse(), Ok(set));
         assert_eq!(NodeSet::default().to_string(), "");
@@ -265,7 +249,7 @@ mod tests {
             "unknown node `gradent` in `-gradent`; did you mean `gradient`?"
         );
         assert_eq!(message("-zzz*"), "unknown node `zzz*` in `-zzz*`");
-        assert_eq!(message("sin=-1"), "the weight in `sin=-1` is not a number from 0 to 1000000");
+        assert_eq!(message("sin=-1"), "the weight in `sin=-1` is not a whole number from 0 to 1000");
         assert_eq!(
             message("-iterate*"),
             "the node set leaves no iterate node for the root; put one back, as in `+iterate-up`"

@@ -19,17 +19,16 @@ pub struct Random(ChaCha8Rng);
 impl Random {
     /// The stream of a run's seed for one slot (or pair of slots) of a generation.
     ///
-    /// The key is the first three outputs of SplitMix64 (Steele, Lea and Flood 2014) started at the seed, then the
-    /// generation, all little-endian; the number of the ChaCha stream is the slot. Streams do not overlap.
-    pub fn stream(seed: u64, generation: u64, slot: u64) -> Random {
+    /// The key is the first four outputs of SplitMix64 (Steele, Lea and Flood 2014) started at the seed, each
+    /// little-endian; the stream number is `generation · 2³² + slot`. Streams do not overlap.
+    pub fn stream(seed: u64, generation: u32, slot: u32) -> Random {
         let mut state = seed;
-        let words = [split_mix(&mut state), split_mix(&mut state), split_mix(&mut state), generation];
         let mut key = [0u8; 32];
-        for (bytes, word) in key.chunks_exact_mut(8).zip(words) {
-            bytes.copy_from_slice(&word.to_le_bytes());
+        for word in key.chunks_exact_mut(8) {
+            word.copy_from_slice(&split_mix(&mut state).to_le_bytes());
         }
         let mut rng = ChaCha8Rng::from_seed(key);
-        rng.set_stream(slot);
+        rng.set_stream(u64::from(generation) << 32 | u64::from(slot));
         Random(rng)
     }
 

@@ -193,18 +193,18 @@ fn pad(image: &GrayImage) -> Vec<i16> {
 /// The neighbourhood at row `y` of three columns padded by one pixel at either end.
 #[inline(always)]
 fn neighbourhood<P: From<i16>>([left, here, right]: [&[i16]; 3], y: usize) -> Neighbourhood<P> {
+    let (above, row, below) = (y, y + 1, y + 2);
     [
-        left[y],
-        here[y],
-        right[y],
-        left[y + 1],
-        here[y + 1],
-        right[y + 1],
-        left[y + 2],
-        here[y + 2],
-        right[y + 2],
+        P::from(left[above]),
+        P::from(here[above]),
+        P::from(right[above]),
+        P::from(left[row]),
+        P::from(here[row]),
+        P::from(right[row]),
+        P::from(left[below]),
+        P::from(here[below]),
+        P::from(right[below]),
     ]
-    .map(P::from)
 }
 
 /// The three operators of a column that fit a byte.

@@ -149,6 +149,11 @@ impl CaseSet {
         self.lanes.is_empty()
     }
 
+    /// The images.
+    pub fn images(&self) -> &[Arc<WindowSums>] {
+        &self.images
+    }
+
     /// The cases.
     pub fn lanes(&self) -> &[Lane] {
         &self.lanes
@@ -221,28 +226,46 @@ impl CaseSet {
         let first = group * LANES;
         let last = first + self.group_len(group) - 1;
         let images: [&WindowSums; LANES] = std::array::from_fn(|l| self.image((first + l).min(last)));
+        let mut tile = [[0.0; TILE]; LANES];
         for &operand in operands {
             let strip = &mut out[usize::from(operand.index()) * len..][..len];
             for start in (0..positions).step_by(TILE) {
                 let n = (positions - start).min(TILE);
-                let mut tile = [[0.0; TILE]; LANES];
-                for ((tile, image), &x) in tile.iter_mut().zip(images).zip(columns) {
-                    image.strip_part(operand, rect, x, start, &mut tile[..n]);
+                for ((part, image), &x) in tile.iter_mut().zip(images).zip(columns) {
+                    image.strip_part(operand, rect, x, start, &mut part[..n]);
                 }
-                transpose(&tile, &mut strip[start * LANES..][..n * LANES]);
+                interleave(&tile, &mut strip[start * LANES..][..n * LANES]);
             }
         }
     }
 }
 
-/// Positions that are computed lane by lane before they are interleaved: 8 KiB, well inside the first cache.
+/// Positions of a tile, which is computed lane by lane before it is interleaved: 8 KiB, inside the first cache.
+/// Higher or narrower tiles are slower where the tables come from memory: it is the many short streams at a time
+/// that keep the memory busy.
 const TILE: usize = 64;
 
-/// Interleaves a tile: `out[p * LANES + l] = tile[l][p]`.
-fn transpose(tile: &[[f32; TILE]; LANES], out: &mut [f32]) {
-    for (p, row) in out.chunks_exact_mut(LANES).enumerate() {
+/// Side of the squares that are turned round at a time: vector registers hold one.
+const SQUARE: usize = 4;
+
+/// Interleaves a tile: `rows[p * LANES + l] = tile[l][p]`. It goes by squares, which the compiler turns into
+/// vector shuffles; positions that fill no square come one value at a time.
+fn interleave(tile: &[[f32; TILE]; LANES], rows: &mut [f32]) {
+    let mut bands = rows.chunks_exact_mut(LANES * SQUARE);
+    let mut position = 0;
+    for band in &mut bands {
+        for l in (0..LANES).step_by(SQUARE) {
+            let lane = |j: usize| -> [f32; SQUARE] { std::array::from_fn(|k| tile[l + j][position + k]) };
+            let [a, b, c, d] = [lane(0), lane(1), lane(2), lane(3)];
+            for k in 0..SQUARE {
+                band[k * LANES + l..][..SQUARE].copy_from_slice(&[a[k], b[k], c[k], d[k]]);
+            }
+        }
+        position += SQUARE;
+    }
+    for (p, row) in bands.into_remainder().chunks_exact_mut(LANES).enumerate() {
         for (value, lane) in row.iter_mut().zip(tile) {
-            *value = lane[p];
+            *value = lane[position + p];
         }
     }
 }

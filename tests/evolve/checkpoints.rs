@@ -15,7 +15,7 @@ fn small_state() -> State {
     settings.population = 7;
     settings.generations = 2;
     settings.filter.enabled = false;
-    let mut run = Evolution::new(&dataset(), settings, tree(), 1).expect("a run");
+    let mut run = Evolution::new(&dataset(), settings, reference(), 1).expect("a run");
     run.run(&never(), |_| ()).expect("no error");
     run.state().expect("a state").clone()
 }
@@ -35,7 +35,10 @@ fn cut_anywhere() {
     let bytes = checkpoint::encode(&small_state(), ORIGIN);
     for len in 0..bytes.len() {
         let error = decode(&bytes[..len]).expect_err("cut").to_string();
-        assert!(error.contains("runs/x/checkpoint") && error.contains("start the run again"), "{len}: {error}");
+        assert!(
+            error.contains("runs/x/checkpoint") && error.contains("start the run again"),
+            "{len}: {error}"
+        );
     }
     assert!(matches!(decode(&[&bytes[..], b"x"].concat()), Err(CheckpointError::Length { .. })));
 }
@@ -87,17 +90,22 @@ fn other_data_and_other_settings() {
     let path = dir.path().join("run");
     let mut small = settings();
     small.generations = 1;
-    run_in(&path, &small, tree(), 1);
+    run_in(&path, &small, reference(), 1);
 
     let (folder, recorded) = RunFolder::open(&path).expect("a run folder");
-    let error = Evolution::in_folder(folder, &dataset_with(1), recorded, tree(), 1).err().expect("other data");
-    assert!(matches!(error, RunError::Folder(FolderError::Checkpoint(CheckpointError::OtherData(_)))), "{error}");
+    let error =
+        Evolution::in_folder(folder, &dataset_with(1), recorded, reference(), 1).err().expect("other data");
+    assert!(
+        matches!(error, RunError::Folder(FolderError::Checkpoint(CheckpointError::OtherData(_)))),
+        "{error}"
+    );
 
     let text = read(&path, "settings.toml").replace("tournament = 7", "tournament = 3");
     fs::write(path.join("settings.toml"), text).expect("writable");
     let (folder, changed) = RunFolder::open(&path).expect("a run folder");
     assert_eq!(changed.selection.tournament, 3);
-    let error = Evolution::in_folder(folder, &dataset(), changed, tree(), 1).err().expect("other settings");
+    let error =
+        Evolution::in_folder(folder, &dataset(), changed, reference(), 1).err().expect("other settings");
     assert!(
         matches!(error, RunError::Folder(FolderError::Checkpoint(CheckpointError::OtherSettings(_)))),
         "{error}"

@@ -7,8 +7,10 @@ use std::sync::atomic::AtomicBool;
 use image::{GrayImage, Luma};
 use vsonar::dataset::{Case, Dataset, NamedImage};
 use vsonar::evolve::{Evolution, RunFolder, Settings, State, StopReason};
-use vsonar::exec::Executor;
+use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
+use vsonar::exec::reference::ReferenceExecutor;
 use vsonar::exec::tree::TreeExecutor;
+use vsonar::exec::Executor;
 
 pub const WIDTH: u32 = 64;
 pub const HEIGHT: u32 = 48;
@@ -40,12 +42,17 @@ pub fn settings() -> Settings {
     Settings::from_toml(text, "test").expect("sound settings")
 }
 
-pub fn tree() -> Arc<dyn Executor> {
-    Arc::new(TreeExecutor)
+/// The executor of tests that are about something else.
+pub fn reference() -> Arc<dyn Executor> {
+    Arc::new(ReferenceExecutor)
 }
 
+/// All executors. The walker does not lower, so with it no result is known from a cache of programs.
 pub fn executors() -> Vec<Arc<dyn Executor>> {
-    vec![tree()]
+    let compiled = |shape| -> Arc<dyn Executor> {
+        Arc::new(CraneliftExecutor::new(shape).expect("this machine has a code generator"))
+    };
+    vec![reference(), Arc::new(TreeExecutor), compiled(Shape::Scalar), compiled(Shape::Lanes4)]
 }
 
 pub fn never() -> AtomicBool {
@@ -55,7 +62,8 @@ pub fn never() -> AtomicBool {
 /// Runs to the end in a fresh folder and gives the last state.
 pub fn run_in(path: &Path, settings: &Settings, executor: Arc<dyn Executor>, threads: usize) -> State {
     let folder = RunFolder::create(path, settings, &toml::Table::new()).expect("a fresh folder");
-    let mut run = Evolution::in_folder(folder, &dataset(), settings.clone(), executor, threads).expect("a run");
+    let mut run =
+        Evolution::in_folder(folder, &dataset(), settings.clone(), executor, threads).expect("a run");
     assert_eq!(run.run(&never(), |_| ()).expect("no error"), StopReason::Finished);
     run.state().expect("a state").clone()
 }
@@ -63,7 +71,7 @@ pub fn run_in(path: &Path, settings: &Settings, executor: Arc<dyn Executor>, thr
 /// Goes on with the run of a folder.
 pub fn resume(path: &Path) -> Evolution {
     let (folder, settings) = RunFolder::open(path).expect("a run folder");
-    Evolution::in_folder(folder, &dataset(), settings, tree(), 2).expect("a run")
+    Evolution::in_folder(folder, &dataset(), settings, reference(), 2).expect("a run")
 }
 
 /// The text of a file of the run folder.

@@ -70,7 +70,7 @@ fn settings_and_data_are_kept() {
 fn repaired_from_the_checkpoint() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let path = dir.path().join("run");
-    run_in(&path, &settings(), tree(), 2);
+    run_in(&path, &settings(), reference(), 2);
     let expected = content(&path);
     let log = read(&path, "log.jsonl");
     let cut = &log[..log.len() - 30];
@@ -91,7 +91,7 @@ fn repaired_from_the_checkpoint() {
 fn without_a_checkpoint_from_the_beginning() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let (whole, again) = (dir.path().join("whole"), dir.path().join("again"));
-    run_in(&whole, &settings(), tree(), 2);
+    run_in(&whole, &settings(), reference(), 2);
     drop(RunFolder::create(&again, &settings(), &toml::Table::new()).expect("a fresh folder"));
     fs::write(again.join("log.jsonl"), "a line that had no checkpoint\n").expect("writable");
     resume(&again).run(&never(), |_| ()).expect("no error");
@@ -108,7 +108,7 @@ fn fewer_generations_are_refused() {
 fn what_is_recorded() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let path = dir.path().join("run");
-    let state = run_in(&path, &settings(), tree(), 2);
+    let state = run_in(&path, &settings(), reference(), 2);
     let lines: Vec<serde_json::Value> =
         read(&path, "log.jsonl").lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
     assert_eq!(lines.len(), 5);

@@ -23,7 +23,8 @@ fn presets() {
 
 #[test]
 fn a_file_gives_some_fields_over_a_preset() {
-    let text = "preset = \"paper\"\npopulation = 100\n[filter]\nenabled = true\n[nodes]\nraw = 0\n\"3x8\" = 2\n";
+    let text =
+        "preset = \"paper\"\npopulation = 100\n[filter]\nenabled = true\n[nodes]\nraw = 0\n\"3x8\" = 2\n";
     let settings = Settings::from_toml(text, "x").expect("sound");
     let mut expected = Settings::paper();
     expected.population = 100;
@@ -95,7 +96,9 @@ fn every_field_changes_the_fingerprint_but_generations() {
             "false" => "true".to_string(),
             "\"sharing\"" => "\"tournament\"".to_string(),
             number if table == "[nodes]\n" => format!("{number}7"),
-            number if number.contains('.') => format!("{:?}", number.parse::<f64>().expect("a number") * 0.75),
+            number if number.contains('.') => {
+                format!("{:?}", number.parse::<f64>().expect("a number") * 0.75)
+            }
             "1" => "2".to_string(),
             number => (number.parse::<u64>().expect("a number") - 1).to_string(),
         };

@@ -8,7 +8,7 @@ use vsonar::exec::{Candidate, Executor};
 use crate::common::*;
 
 fn state(settings: Settings) -> State {
-    let mut run = Evolution::new(&dataset(), settings, tree(), 2).expect("a run");
+    let mut run = Evolution::new(&dataset(), settings, reference(), 2).expect("a run");
     run.run(&never(), |_| ()).expect("no error");
     run.state().expect("a state").clone()
 }
@@ -16,7 +16,7 @@ fn state(settings: Settings) -> State {
 fn answers(member: &Member) -> Vec<f32> {
     let set = dataset();
     let mut answers = vec![0.0; set.cases().len()];
-    let mut worker = tree().worker().expect("a worker");
+    let mut worker = reference().worker().expect("a worker");
     let candidate = Candidate::new(member.individual(), WIDTH, HEIGHT);
     worker.answers(&candidate, &set.case_set(), &mut answers).expect("answers");
     answers
@@ -32,13 +32,13 @@ fn a_record_counts_what_is_there() {
     let mut constants = 0;
     for member in members {
         let answers = answers(member);
-        let solved =
-            CaseBits::from_fn(answers.len(), |i| is_correct(answers[i], f64::from(labels[i]), 3.0));
+        let solved = CaseBits::from_fn(answers.len(), |i| is_correct(answers[i], f64::from(labels[i]), 3.0));
         assert_eq!(solved, member.outcome.solved);
         correct.push(f64::from(member.correct()));
         let bits = |a: &f32| if a.is_nan() { None } else { Some(a.to_bits()) };
         behaviours.insert(answers.iter().map(bits).collect::<Vec<_>>());
-        constants += usize::from(answers.iter().all(|&a| a == answers[0] || (a.is_nan() && answers[0].is_nan())));
+        constants +=
+            usize::from(answers.iter().all(|&a| a == answers[0] || (a.is_nan() && answers[0].is_nan())));
     }
     correct.sort_by(f64::total_cmp);
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} is not {b}");
@@ -74,7 +74,8 @@ fn the_filter_keeps_what_looks_like_answers() {
         let distinct: HashSet<u64> = finite.map(|&a| (f64::from(a) + 0.0).to_bits()).collect();
         2 * in_range < answers.len() || distinct.len() < 5
     });
-    let (unfit, initial) = (unfit.count() as u64, state.records[0].initial.expect("of the initial generation"));
+    let (unfit, initial) =
+        (unfit.count() as u64, state.records[0].initial.expect("of the initial generation"));
     assert_eq!(unfit, initial.unfit_kept);
     assert!(unfit < 30, "{unfit} of 60 unfit after 200 draws");
     assert!(initial.draws > 120, "{} draws: the filter rejects most", initial.draws);
@@ -111,7 +112,7 @@ fn the_hall_of_fame_is_a_front() {
 
 #[test]
 fn the_summary_scores_the_best() {
-    let mut run = Evolution::new(&dataset(), settings(), tree(), 2).expect("a run");
+    let mut run = Evolution::new(&dataset(), settings(), reference(), 2).expect("a run");
     assert_eq!(run.summary(None).expect("no error"), None);
     run.run(&never(), |_| ()).expect("no error");
     let summary = run.summary(Some(&dataset())).expect("no error").expect("there are generations");

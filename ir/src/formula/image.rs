@@ -136,45 +136,24 @@ pub fn apply<M: PixelMachine + ?Sized>(m: &mut M, operator: Operator, n: &Neighb
     }
 }
 
-/// Sorting network of 25 comparators for nine values (R. W. Floyd; Knuth, The Art of Computer Programming,
-/// volume 3, section 5.3.4). Each pair puts the smaller value first.
-const NETWORK: [(usize, usize); 25] = [
-    (0, 1),
-    (3, 4),
-    (6, 7),
-    (1, 2),
-    (4, 5),
-    (7, 8),
-    (0, 1),
-    (3, 4),
-    (6, 7),
-    (2, 5),
-    (0, 3),
-    (1, 4),
-    (5, 8),
-    (3, 6),
-    (4, 7),
-    (2, 5),
-    (0, 3),
-    (1, 4),
-    (5, 7),
-    (2, 6),
-    (1, 3),
-    (4, 6),
-    (2, 4),
-    (5, 6),
-    (2, 3),
-];
-
 /// The nine values in ascending order; number 4 is their median. A machine computes both operators of the
 /// median family from one sorted neighbourhood.
+///
+/// A sorting network of 25 comparators (R. W. Floyd; Knuth, *The Art of Computer Programming*, volume 3, section
+/// 5.3.4), each of which puts the smaller value first. It is spelled out rather than looped over, because a
+/// loop around it would keep compilers from turning loops over pixels into vector code.
 #[inline(always)]
 pub fn sorted<M: PixelMachine + ?Sized>(m: &mut M, n: &Neighbourhood<M::P>) -> Neighbourhood<M::P> {
     let mut s = *n;
-    for (i, j) in NETWORK {
-        let (a, b) = (s[i], s[j]);
-        s[i] = m.min(a, b);
-        s[j] = m.max(a, b);
+    macro_rules! comparators {
+        ($(($i:literal $j:literal))*) => {
+            $( (s[$i], s[$j]) = (m.min(s[$i], s[$j]), m.max(s[$i], s[$j])); )*
+        };
+    }
+    comparators! {
+        (0 1) (3 4) (6 7) (1 2) (4 5) (7 8) (0 1) (3 4) (6 7)
+        (2 5) (0 3) (1 4) (5 8) (3 6) (4 7) (2 5) (0 3) (1 4)
+        (5 7) (2 6) (1 3) (4 6) (2 4) (5 6) (2 3)
     }
     s
 }
@@ -206,15 +185,14 @@ pub fn truncated_median_of_sorted<M: PixelMachine + ?Sized>(m: &mut M, s: &Neigh
     let high = m.add(median, d);
     let low = m.sub(median, d);
     let mut value = median;
-    for (rank, middle) in [(8, 3), (6, 2)] {
-        let dropped = m.lt(high, s[rank]);
-        value = m.select(dropped, s[middle], value);
-    }
-    for (rank, middle) in [(1, 5), (3, 6)] {
-        let dropped = m.lt(s[rank], low);
-        value = m.select(dropped, s[middle], value);
-    }
-    value
+    let dropped = m.lt(high, s[8]);
+    value = m.select(dropped, s[3], value);
+    let dropped = m.lt(high, s[6]);
+    value = m.select(dropped, s[2], value);
+    let dropped = m.lt(s[1], low);
+    value = m.select(dropped, s[5], value);
+    let dropped = m.lt(s[3], low);
+    m.select(dropped, s[6], value)
 }
 
 /// Absolute difference of the pixel and the median of its neighbourhood, which is large at corners (Paler,

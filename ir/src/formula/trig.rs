@@ -1,4 +1,57 @@
-//! Sine, cosine, tangent and the two arc tangents.
+//! Sine, cosine, tangent and the two arc tangents, in binary32 alone.
+//!
+//! These are part of the language: each is a fixed sequence of the operations of a [`Machine`], without a fused
+//! multiply-add and without a branch, so that every executor and every exported program gives the same bits. They
+//! are tuned for throughput, to a promise of max(4 ulp, 1e-6) and no more:
+//!
+//! | function | operations | divisions | largest absolute error | promised where |
+//! |---|---|---|---|---|
+//! | [`sin`] | 19 | 0 | 7.34e-7 | \|x\| <= 8192 |
+//! | [`cos`] | 20 | 0 | 2.56e-7 | \|x\| <= 8192 |
+//! | [`tan`] | 24 | 1 | 8.0e-7 below 4 in magnitude, else 3.2 ulp | \|x\| <= 8192 and \|tan x\| <= 4096 ([`TAN_ACCURATE`]) |
+//! | [`atan`] | 20 | 1 | 4.6e-7 | everywhere |
+//! | [`atan2`] | 29 | 1 | below 6.5e-7 | everywhere |
+//!
+//! Constants and changes between a number and its bits are not counted. The errors of the first four are those of
+//! *every* binary32 (`examples/trig_every_binary32.rs`, a run over all 2³² inputs of each function with no violation);
+//! that of `atan2` was measured at every quotient from 2⁻³⁰ to 1 in each octant of the upper half plane (5.65e-7) and
+//! allows for the rounding of the quotient. In short, and with the signs of zeros as in C:
+//!
+//! * An infinity gives `sin`, `cos` and `tan` a NaN, `atan` ±π/2. A NaN gives a NaN; no finite result depends on one.
+//! * `sin` and `cos` lie within -1 to 1 for every finite argument, by the same run. `cos 0` is 1, `atan 1` the binary32
+//!   next to π/4, and `sin`, `tan` and `atan` keep the sign of a zero. For |x| <= 8192 `cos` is exactly even, `sin` and
+//!   `tan` are exactly odd, as is `atan` everywhere.
+//! * Beyond 8192 the reduction loses accuracy gradually; beyond about 10⁷ the results mean nothing. They are the same
+//!   everywhere all the same, and never a NaN; `tan` may be infinite there.
+//! * `atan2` follows C in every quadrant, at zeros and at infinities, except that two zeros of any sign give +0.
+//!
+//! # How they work
+//!
+//! *Reduction.* x times the reciprocal of the period, plus 1.5 · 2²³, less it again, is the number n of the nearest
+//! multiple, and the lowest bit of the sum is the parity of n. Subtracting n times each part of the period in turn is
+//! exact but for the last step (Cody and Waite, *Software Manual for the Elementary Functions*, 1980): the parts have so
+//! few bits that n times each has at most 24 up to 8192, and `HALF_TURN`'s last, which is rounded, leaves an error
+//! below 1.4e-7. `tan` reduces by π/2 in three parts because a relative error counts at its poles. All parts are
+//! positive: -0 less +0 is -0, while a negative part would lose the sign.
+//!
+//! *Range.* An argument too large to reduce leaves a rest outside the polynomial's interval, where it could be anything,
+//! so that a rest |r| > 2 (√2 in `tan`) gives 0. The comparison is on r², which every function has at hand, and it
+//! lets a NaN pass.
+//!
+//! *Polynomials.* The coefficients minimise the largest error (absolute; relative for `tan`) over the reduced interval:
+//! a linear program over 1,500 Chebyshev nodes, solved again after each coefficient, from the lowest power up, was
+//! rounded to binary32. `tan` is a quotient, for which the program is repeated with the denominator's last values as
+//! weights; one division serves both tan r and -1 / tan r, numerator and denominator changing places. The arc tangent's
+//! powers 1, 3, 5, 7, 8, 9 are the best of all sets of six below 12 that contain 1, with the first coefficient 1 and
+//! the sum π/4 imposed; six odd powers reach only 1.7e-6.
+//!
+//! ```
+//! use vsonar_ir::{formula::trig, machine::Scalar};
+//!
+//! assert!((trig::sin(&mut Scalar, 2.0) - 0.909_297_4).abs() <= 1e-6);
+//! assert_eq!(trig::atan2(&mut Scalar, 0.0, -1.0), std::f32::consts::PI);
+//! assert_eq!(trig::atan2(&mut Scalar, -0.0, -0.0).to_bits(), 0);
+//! ```
 
 use crate::machine::Machine;
 
@@ -8,19 +61,19 @@ const ROUNDER: f32 = 12_582_912.0;
 /// 1 / π.
 const PER_HALF_TURN: f32 = std::f32::consts::FRAC_1_PI;
 /// π = 6433 / 2¹¹ + the rest. Multiples up to 2608 have at most 24 bits; both parts are positive so that -0 stays -0.
-const HALF_TURN: [f32; 2] = [3.141_113_3, 4.793_723_3e-4];
+const HALF_TURN: [f32; 2] = [6433.0 / 2048.0, 4.793_723_3e-4];
 
 /// 2 / π.
 const PER_QUARTER_TURN: f32 = std::f32::consts::FRAC_2_PI;
 /// π / 2 = 201 / 2⁷ + 2029 / 2²² + the rest. Multiples of the first two up to 5215 are exact.
-const QUARTER_TURN: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
+const QUARTER_TURN: [f32; 3] = [201.0 / 128.0, 2029.0 / 4_194_304.0, 7.549_79e-8];
 
 /// sin r / r by powers of r², from the highest: absolute error of sin r below 5.93e-7 up to π/2.
 const SIN: [f32; 4] = [-1.836_199_5e-4, 8.306_265e-3, -0.166_648_22, 0.999_996_6];
 /// cos r by powers of r², from the highest: absolute error below 5.4e-8 up to π/2.
 const COS: [f32; 5] = [2.318_903_4e-5, -1.385_570_9e-3, 4.166_396_3e-2, -0.499_999_3, 1.0];
-/// True tangents up to this magnitude have the promised accuracy; beyond, the argument is at a pole.
-pub const TAN_ACCURATE: f32 = 1024.0;
+/// What "away from its poles" means for [`tan`]: true values up to this magnitude have the promised accuracy.
+pub const TAN_ACCURATE: f32 = 4096.0;
 
 /// tan r / r: numerator and denominator by powers of r², from the highest: relative error below 1.8e-8 up to π/4.
 const TAN: ([f32; 2], [f32; 2]) = ([-9.864_943_5, 102.995_41], [-44.196_796, 102.995_41]);
@@ -99,7 +152,8 @@ fn magnitude<M: Machine + ?Sized>(m: &mut M, a: M::F) -> M::F {
     m.from_bits(bits)
 }
 
-/// The sine of `x` radians: 19 operations.
+/// The sine of `x` radians: 19 operations. Within 1e-6 for |x| <= 8192, within -1 to 1 for every finite x, NaN for the
+/// rest.
 #[inline(always)]
 pub fn sin<M: Machine + ?Sized>(m: &mut M, x: M::F) -> M::F {
     let Reduced { r, square, odd } = reduce(m, x, PER_HALF_TURN, &HALF_TURN);
@@ -109,7 +163,8 @@ pub fn sin<M: Machine + ?Sized>(m: &mut M, x: M::F) -> M::F {
     tame(m, square, 4.0, y)
 }
 
-/// The cosine of `x` radians: 20 operations.
+/// The cosine of `x` radians: 20 operations. Within 1e-6 for |x| <= 8192, within -1 to 1 for every finite x, NaN for
+/// the rest.
 #[inline(always)]
 pub fn cos<M: Machine + ?Sized>(m: &mut M, x: M::F) -> M::F {
     let Reduced { r: _, square, odd } = reduce(m, x, PER_HALF_TURN, &HALF_TURN);
@@ -118,7 +173,8 @@ pub fn cos<M: Machine + ?Sized>(m: &mut M, x: M::F) -> M::F {
     tame(m, square, 4.0, y)
 }
 
-/// The tangent of `x` radians: 24 operations, one of them a division.
+/// The tangent of `x` radians: 24 operations, one of them a division. Within max(4 ulp, 1e-6) for |x| <= 8192 where the
+/// true value is at most [`TAN_ACCURATE`] in magnitude, never NaN for a finite x, NaN for the rest.
 #[inline(always)]
 pub fn tan<M: Machine + ?Sized>(m: &mut M, x: M::F) -> M::F {
     let Reduced { r, square, odd } = reduce(m, x, PER_QUARTER_TURN, &QUARTER_TURN);
@@ -158,7 +214,7 @@ fn atan_unit<M: Machine + ?Sized>(m: &mut M, t: M::F) -> M::F {
     m.add(t, bend)
 }
 
-/// The arc tangent of `x`, from -π/2 to π/2: 20 operations, one of them a division.
+/// The arc tangent of `x`, from -π/2 to π/2: 20 operations, one of them a division. Within 1e-6; ±π/2 for infinities.
 #[inline(always)]
 pub fn atan<M: Machine + ?Sized>(m: &mut M, x: M::F) -> M::F {
     let (sign, size) = (keep(m, x, i32::MIN), magnitude(m, x));
@@ -174,6 +230,7 @@ pub fn atan<M: Machine + ?Sized>(m: &mut M, x: M::F) -> M::F {
 }
 
 /// The angle of the point with ordinate `a` and abscissa `b`, from -π to π: 29 operations, one of them a division.
+/// Within 1e-6; quadrants, signed zeros and infinities as in C, but two zeros of any sign give +0.
 #[inline(always)]
 pub fn atan2<M: Machine + ?Sized>(m: &mut M, a: M::F, b: M::F) -> M::F {
     let sign = keep(m, a, i32::MIN);
@@ -182,6 +239,7 @@ pub fn atan2<M: Machine + ?Sized>(m: &mut M, a: M::F, b: M::F) -> M::F {
     let less = m.select(steep, run, rise);
     let more = m.select(steep, rise, run);
     let (zero, one) = (m.f32(0.0), m.f32(1.0));
+    // Two infinities have no quotient; the diagonal they stand for does.
     let quotient = m.div(less, more);
     let equal = m.eq(rise, run);
     let t = m.select(equal, one, quotient);
@@ -194,6 +252,7 @@ pub fn atan2<M: Machine + ?Sized>(m: &mut M, a: M::F, b: M::F) -> M::F {
     let behind = m.lt(b, zero);
     let angle = m.select(behind, rest, angle);
     let angle = flip(m, angle, sign);
+    // Where `more` is 0, `less` is +0, or the NaN that the comparison above passed over.
     let origin = m.eq(more, zero);
-    m.select(origin, zero, angle)
+    m.select(origin, less, angle)
 }

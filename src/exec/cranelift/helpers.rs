@@ -1,0 +1,123 @@
+//! Long operations out of line: functions compiled once, called by address.
+//!
+//! An operation of the table whose formula expands to more than a few instructions on numbers (the
+//! trigonometric ones) would multiply the time a program takes to compile. Its formula is compiled once at
+//! start, by the same emitter, for one number and for four lanes, and programs call it.
+
+use std::sync::{Mutex, PoisonError};
+
+use cranelift_codegen::ir::{AbiParam, Function, InstBuilder, Signature, UserFuncName};
+use cranelift_codegen::isa::{CallConv, TargetIsa};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use cranelift_jit::{JITBuilder, JITModule};
+use cranelift_module::{Module, ModuleError};
+use vsonar_ir::op::Value;
+use vsonar_ir::{Op, Ty};
+
+use super::emit::{Emitter, Shape};
+use super::target::{self, Effort};
+use crate::exec::ExecError;
+
+/// From this many Cranelift instructions on, an operation is called and not expanded. A call costs about as
+/// much to compile as a handful of instructions, and stores the registers in use.
+const CALLED_FROM: usize = 16;
+
+/// Helper functions in executable memory, which is freed when they are dropped.
+pub(crate) struct Helpers {
+    /// Behind a lock only because a module cannot be shared; nobody takes it before the end.
+    module: Mutex<Option<JITModule>>,
+    /// Addresses by shape and operation; 0 for operations that are expanded.
+    addresses: [Vec<usize>; 2],
+}
+
+impl Helpers {
+    /// Compiles the helpers for this machine.
+    ///
+    /// # Errors
+    /// If Cranelift does not know the machine, or memory is refused.
+    pub(crate) fn new() -> Result<Helpers, ExecError> {
+        let isa = target::host(Effort::Best)?;
+        let builder = JITBuilder::with_isa(isa, cranelift_module::default_libcall_names());
+        let mut module = JITModule::new(builder);
+        let addresses = define(&mut module);
+        // From here on the module is freed whatever happens.
+        let mut helpers = Helpers { module: Mutex::new(Some(module)), addresses: Default::default() };
+        helpers.addresses = addresses.map_err(|e| ExecError::Compile(e.to_string()))?;
+        Ok(helpers)
+    }
+    /// The address of the operation's helper, if it has one.
+    pub(crate) fn address(&self, op: Op, shape: Shape) -> Option<usize> {
+        let address = self.addresses[shape as usize][op as usize];
+        (address != 0).then_some(address)
+    }
+
+    /// The signature of a helper of so many operands.
+    pub(crate) fn signature(shape: Shape, operands: usize, call_conv: CallConv) -> Signature {
+        let mut signature = Signature::new(call_conv);
+        let param = AbiParam::new(shape.ty(Ty::F32));
+        signature.params.extend(vec![param; operands]);
+        signature.returns.push(param);
+        signature
+    }
+}
+
+impl std::fmt::Debug for Helpers {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Helpers").finish_non_exhaustive()
+    }
+}
+
+impl Drop for Helpers {
+    fn drop(&mut self) {
+        let module = self.module.get_mut().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(module) = module {
+            // SAFETY: code that calls helpers keeps them alive, so nothing runs or will run here.
+            unsafe { module.free_memory() };
+        }
+    }
+}
+
+/// The function of an operation on numbers.
+fn function(isa: &dyn TargetIsa, context: &mut FunctionBuilderContext, shape: Shape, op: Op) -> Function {
+    let signature = Helpers::signature(shape, op.operands().len(), isa.default_call_conv());
+    let mut function = Function::with_name_signature(UserFuncName::default(), signature);
+    let mut b = FunctionBuilder::new(&mut function, context);
+    let block = b.create_block();
+    b.append_block_params_for_function_params(block);
+    let mut e = Emitter::new(&mut b, isa, shape, None);
+    e.switch_to_block(block);
+    let args: Vec<Value<Emitter<'_, '_>>> = e.b.block_params(block).iter().map(|&v| Value::F32(v)).collect();
+    let result = e.operation(op, &args, 0).f32();
+    e.b.ins().return_(&[result]);
+    b.seal_all_blocks();
+    b.finalize(isa.frontend_config());
+    function
+}
+
+/// Compiles the helpers of both shapes; their addresses.
+fn define(module: &mut JITModule) -> Result<[Vec<usize>; 2], ModuleError> {
+    let mut context = module.make_context();
+    let mut builder_context = FunctionBuilderContext::new();
+    let mut defined = Vec::new();
+    for shape in Shape::ALL {
+        for &op in Op::ALL {
+            if op.is_leaf() || op.result() != Ty::F32 || op.operands().iter().any(|&ty| ty != Ty::F32) {
+                continue;
+            }
+            context.func = function(module.isa(), &mut builder_context, shape, op);
+            if context.func.dfg.num_insts() < CALLED_FROM {
+                continue;
+            }
+            let id = module.declare_anonymous_function(&context.func.signature)?;
+            module.define_function(id, &mut context)?;
+            module.clear_context(&mut context);
+            defined.push((shape, op, id));
+        }
+    }
+    module.finalize_definitions()?;
+    let mut addresses = [vec![0; Op::ALL.len()], vec![0; Op::ALL.len()]];
+    for (shape, op, id) in defined {
+        addresses[shape as usize][op as usize] = module.get_finalized_function(id) as usize;
+    }
+    Ok(addresses)
+}

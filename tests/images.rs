@@ -1,0 +1,227 @@
+//! Image files of every format, and files that are none.
+
+use std::path::{Path, PathBuf};
+
+use image::{DynamicImage, GrayImage, ImageFormat, Luma, Rgb, RgbImage, Rgba};
+use tempfile::TempDir;
+use vsonar::vision::{ImageError, load_gray, to_gray};
+
+/// A smooth picture, so that lossy formats keep it.
+fn gray() -> GrayImage {
+    GrayImage::from_fn(40, 24, |x, y| Luma([(x * 4 + y * 3) as u8]))
+}
+
+fn colour() -> RgbImage {
+    RgbImage::from_fn(40, 24, |x, y| Rgb([(x * 6) as u8, (y * 10) as u8, (200 - x * 2 - y * 2) as u8]))
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn write(folder: &TempDir, name: &str, content: &[u8]) -> PathBuf {
+    let path = folder.path().join(name);
+    std::fs::write(&path, content).expect("writable");
+    path
+}
+
+fn largest_difference(a: &GrayImage, b: &GrayImage) -> u8 {
+    assert_eq!(a.dimensions(), b.dimensions());
+    a.pixels().zip(b.pixels()).map(|(a, b)| a.0[0].abs_diff(b.0[0])).max().expect("not empty")
+}
+
+#[test]
+fn every_format_that_can_be_written_is_read() {
+    let folder = folder();
+    // The format, its extension, whether it stores gray as such, and how much its coding may change a value.
+    let formats = [
+        (ImageFormat::Png, "png", true, 0),
+        (ImageFormat::Bmp, "bmp", true, 0),
+        (ImageFormat::Tga, "tga", true, 0),
+        (ImageFormat::Tiff, "tiff", true, 0),
+        (ImageFormat::Pnm, "pnm", true, 0),
+        (ImageFormat::WebP, "webp", true, 0),
+        (ImageFormat::Ico, "ico", false, 0),
+        (ImageFormat::Jpeg, "jpg", true, 6),
+        (ImageFormat::Gif, "gif", false, 0),
+        (ImageFormat::Qoi, "qoi", false, 0),
+        (ImageFormat::Farbfeld, "ff", false, 0),
+        (ImageFormat::Hdr, "hdr", false, 2),
+        (ImageFormat::OpenExr, "exr", false, 0),
+    ];
+    for (format, extension, stores_gray, tolerance) in formats {
+        let mut pictures = vec![DynamicImage::ImageRgb8(colour())];
+        if stores_gray {
+            pictures.push(DynamicImage::ImageLuma8(gray()));
+        } else {
+            pictures.push(DynamicImage::ImageRgb8(DynamicImage::ImageLuma8(gray()).to_rgb8()));
+        }
+        for picture in pictures {
+            let mut picture = picture;
+            if format == ImageFormat::Gif {
+                // A palette holds 256 colours.
+                let mut rgb = picture.to_rgb8();
+                rgb.pixels_mut().for_each(|p| p.0 = p.0.map(|v| v & 0xc0));
+                picture = DynamicImage::ImageRgb8(rgb);
+            }
+            let expected = to_gray(picture.clone());
+            let picture = match format {
+                ImageFormat::Gif | ImageFormat::Ico => DynamicImage::ImageRgba8(picture.to_rgba8()),
+                ImageFormat::Farbfeld => DynamicImage::ImageRgba16(picture.to_rgba16()),
+                ImageFormat::Hdr | ImageFormat::OpenExr => DynamicImage::ImageRgb32F(picture.to_rgb32f()),
+                _ => picture,
+            };
+            let path = folder.path().join(format!("picture.{extension}"));
+            picture.save_with_format(&path, format).unwrap_or_else(|e| panic!("{extension}: {e}"));
+            let loaded = load_gray(&path).unwrap_or_else(|e| panic!("{e}"));
+            let difference = largest_difference(&loaded, &expected);
+            assert!(difference <= tolerance, "{extension}: off by {difference}");
+        }
+    }
+}
+
+#[test]
+fn a_compressed_texture_is_read() {
+    // A DDS file of 16 x 16 pixels: 16 DXT1 blocks whose pixels all take the first colour, pure green or white.
+    let mut file = b"DDS ".to_vec();
+    let mut header = [0u32; 31];
+    (header[0], header[1], header[2], header[3], header[4]) = (124, 0x81007, 16, 16, 128);
+    (header[18], header[19], header[26]) = (32, 4, 0x1000);
+    header[20] = u32::from_le_bytes(*b"DXT1");
+    header.iter().for_each(|word| file.extend(word.to_le_bytes()));
+    for block in 0..16 {
+        let colour: u16 = if block < 8 { 0x07e0 } else { 0xffff };
+        file.extend(colour.to_le_bytes());
+        file.extend([0; 6]);
+    }
+    let folder = folder();
+    let image = load_gray(&write(&folder, "texture.dds", &file)).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(image.dimensions(), (16, 16));
+    assert!(image.enumerate_pixels().all(|(_, y, p)| p.0[0] == if y < 8 { 182 } else { 255 }), "{image:?}");
+}
+
+#[test]
+fn colour_is_weighted_and_alpha_ignored() {
+    let luma = to_gray(DynamicImage::ImageRgb8(colour()));
+    for (x, y, pixel) in luma.enumerate_pixels() {
+        let [r, g, b] = colour().get_pixel(x, y).0.map(f64::from);
+        let exact = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        assert!((f64::from(pixel.0[0]) - exact).abs() <= 1.0, "({x}, {y}): {} for {exact}", pixel.0[0]);
+    }
+    let rgba = image::RgbaImage::from_fn(40, 24, |x, y| {
+        let [r, g, b] = colour().get_pixel(x, y).0;
+        Rgba([r, g, b, (x * y) as u8])
+    });
+    assert_eq!(to_gray(DynamicImage::ImageRgba8(rgba)), luma);
+}
+
+#[test]
+fn sixteen_bits_scale_to_the_nearest_eight() {
+    let folder = folder();
+    let deep = image::ImageBuffer::<Luma<u16>, _>::from_fn(256, 256, |x, y| Luma([(y * 256 + x) as u16]));
+    let expected = |v: u16| (f64::from(v) * 255.0 / 65535.0).round() as u8;
+    for extension in ["png", "tiff", "pgm"] {
+        let path = folder.path().join(format!("deep.{extension}"));
+        deep.save(&path).unwrap_or_else(|e| panic!("{extension}: {e}"));
+        let image = load_gray(&path).unwrap_or_else(|e| panic!("{e}"));
+        for (x, y, pixel) in image.enumerate_pixels() {
+            assert_eq!(pixel.0[0], expected(deep.get_pixel(x, y).0[0]), "{extension} ({x}, {y})");
+        }
+    }
+    let deep = DynamicImage::ImageLuma16(deep);
+    let wanted = to_gray(deep.clone());
+    assert_eq!(to_gray(DynamicImage::ImageLumaA16(deep.to_luma_alpha16())), wanted);
+    // Of colour, the 16-bit luma is what is scaled.
+    let rgb = image::ImageBuffer::<Rgb<u16>, _>::from_fn(64, 64, |x, y| {
+        Rgb([(x * 1000) as u16, (y * 1000) as u16, (x * y * 16) as u16])
+    });
+    let rgb = DynamicImage::ImageRgb16(rgb);
+    let luma = rgb.to_luma16();
+    let image = to_gray(rgb.clone());
+    for (x, y, pixel) in image.enumerate_pixels() {
+        assert_eq!(pixel.0[0], expected(luma.get_pixel(x, y).0[0]), "({x}, {y})");
+    }
+    assert_eq!(to_gray(DynamicImage::ImageRgba16(rgb.to_rgba16())), image);
+}
+
+#[test]
+fn strange_floats_do_no_harm() {
+    let values = [0.0, -1.0, 0.5, 1.0, 7.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    let image = image::Rgb32FImage::from_fn(16, 16, |x, y| Rgb([values[(x as usize + y as usize) % 8]; 3]));
+    let gray = to_gray(DynamicImage::ImageRgb32F(image));
+    let row: Vec<u8> = (0..5).map(|x| gray.get_pixel(x, 0).0[0]).collect();
+    assert_eq!(row, [0, 0, 128, 255, 255]);
+}
+
+/// What loading says, with the file's name checked and taken away.
+fn message(path: &Path) -> (ImageError, String) {
+    let error = load_gray(path).expect_err("not a usable image");
+    let text = error.to_string();
+    let name = path.display().to_string();
+    let rest = text.strip_prefix(&name).unwrap_or_else(|| panic!("the file is not named: {text}"));
+    (error, rest.to_owned())
+}
+
+#[test]
+fn unusable_files_are_named_with_a_remedy() {
+    let folder = folder();
+    let mut png = Vec::new();
+    let picture = DynamicImage::ImageLuma8(gray());
+    picture.write_to(&mut std::io::Cursor::new(&mut png), ImageFormat::Png).expect("in memory");
+
+    let (error, text) = message(&folder.path().join("missing.png"));
+    assert!(matches!(error, ImageError::Io { .. }), "{text}");
+    assert!(text.contains("check the path"), "{text}");
+
+    let (error, text) = message(folder.path());
+    assert!(matches!(error, ImageError::Io { .. }), "{text}");
+
+    for length in [0, 5, 8, 20, 40, png.len() / 2, png.len() - 20] {
+        let (error, text) = message(&write(&folder, &format!("cut-{length}.png"), &png[..length]));
+        assert!(matches!(error, ImageError::Decode { .. }), "{length} bytes: {text}");
+        assert!(text.contains("get it again"), "{text}");
+    }
+
+    let (error, text) = message(&write(&folder, "text.png", b"image,x,y\nno.png,1,2\n"));
+    assert!(matches!(error, ImageError::Decode { .. }), "{text}");
+    for name in ["text", "text.txt"] {
+        let (error, text) = message(&write(&folder, name, b"just some text\n"));
+        assert!(matches!(error, ImageError::Format { .. }), "{text}");
+        assert!(text.contains("convert it to PNG"), "{text}");
+    }
+
+    // The content counts, not the name.
+    assert_eq!(load_gray(&write(&folder, "png.jpg", &png)).expect("a PNG"), gray());
+    assert_eq!(load_gray(&write(&folder, "png", &png)).expect("a PNG"), gray());
+}
+
+#[test]
+fn sizes_are_limited() {
+    let folder = folder();
+    for (width, height, usable) in [(16, 16, true), (15, 16, false), (16, 15, false), (1, 1, false)] {
+        let path = folder.path().join(format!("{width}x{height}.png"));
+        GrayImage::new(width, height).save(&path).expect("writable");
+        if usable {
+            assert_eq!(load_gray(&path).expect("just large enough").dimensions(), (width, height));
+            continue;
+        }
+        let (error, text) = message(&path);
+        assert!(matches!(error, ImageError::TooSmall { .. }), "{text}");
+        assert!(text.contains(&format!("{width}x{height}")) && text.contains("16x16"), "{text}");
+    }
+    // Tiny files that claim to be enormous.
+    for (width, height) in [(70_000u32, 16u32), (16, 70_000), (60_000, 60_000)] {
+        let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
+        let mut chunk = |kind: &[u8], data: &[u8]| {
+            let body = [kind, data].concat();
+            file.extend((data.len() as u32).to_be_bytes());
+            file.extend(&body);
+            file.extend(crc32fast::hash(&body).to_be_bytes());
+        };
+        chunk(b"IHDR", &[&width.to_be_bytes()[..], &height.to_be_bytes()[..], &[8, 0, 0, 0, 0]].concat());
+        chunk(b"IDAT", &[0x78, 0x9c, 0x03, 0, 0, 0, 0, 1]);
+        chunk(b"IEND", &[]);
+        let (error, text) = message(&write(&folder, "bomb.png", &file));
+        assert!(matches!(error, ImageError::TooLarge { .. }), "{text}");
+    }
+}
