@@ -36,6 +36,7 @@ mod fault;
 mod save;
 mod scan;
 mod split;
+mod table;
 
 pub use check::{CheckReport, ColumnReport, Distribution, check};
 pub use constants::{BestConstant, Constants, Score, TOLERANCE, best_constant};
