@@ -7,10 +7,10 @@ use std::sync::atomic::AtomicBool;
 use image::{GrayImage, Luma};
 use vsonar::dataset::{Case, Dataset, NamedImage};
 use vsonar::evolve::{Evolution, RunFolder, Settings, State, StopReason};
+use vsonar::exec::Executor;
 use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
 use vsonar::exec::reference::ReferenceExecutor;
 use vsonar::exec::tree::TreeExecutor;
-use vsonar::exec::Executor;
 
 pub const WIDTH: u32 = 64;
 pub const HEIGHT: u32 = 48;
