@@ -34,16 +34,30 @@ impl Choice {
     /// # Errors
     /// If this machine cannot run it.
     pub(crate) fn make(self) -> Result<Arc<dyn Executor>, CliError> {
-        let executor: Arc<dyn Executor> = match self {
-            Choice::Cranelift => Arc::new(CraneliftExecutor::new(Shape::Lanes4)),
-            Choice::CraneliftScalar => Arc::new(CraneliftExecutor::new(Shape::Scalar)),
-            Choice::Reference => Arc::new(ReferenceExecutor),
-            Choice::Tree => Arc::new(TreeExecutor),
+        let made: Result<Arc<dyn Executor>, ExecError> = match self {
+            Choice::Cranelift => cranelift(Shape::Lanes4),
+            Choice::CraneliftScalar => cranelift(Shape::Scalar),
+            Choice::Reference => Ok(Arc::new(ReferenceExecutor)),
+            Choice::Tree => Ok(Arc::new(TreeExecutor)),
         };
-        // Found out now, before a run folder is made.
-        executor.worker().map(drop).map_err(|e| unusable(executor.name(), &e))?;
-        Ok(executor)
+        // A worker is tried now, before a run folder is made.
+        let made = made.and_then(|executor| executor.worker().map(|_| executor));
+        made.map_err(|error| unusable(self.name(), &error))
     }
+
+    /// The name in `--executor`, which is the library's.
+    fn name(self) -> &'static str {
+        match self {
+            Choice::Cranelift => "cranelift",
+            Choice::CraneliftScalar => "cranelift-scalar",
+            Choice::Reference => "reference",
+            Choice::Tree => "tree",
+        }
+    }
+}
+
+fn cranelift(shape: Shape) -> Result<Arc<dyn Executor>, ExecError> {
+    Ok(Arc::new(CraneliftExecutor::new(shape)?))
 }
 
 fn unusable(name: &str, error: &ExecError) -> CliError {
@@ -86,7 +100,7 @@ mod tests {
         for choice in Choice::value_variants() {
             let name = choice.to_possible_value().expect("none is hidden");
             let executor = choice.make().unwrap_or_else(|e| panic!("{choice:?}: {e:?}"));
-            assert_eq!(name.get_name(), executor.name());
+            assert_eq!((name.get_name(), choice.name()), (executor.name(), executor.name()));
         }
     }
 }
