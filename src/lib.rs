@@ -8,6 +8,7 @@ pub mod detector;
 pub mod evolve;
 pub mod exec;
 pub mod lower;
+pub mod report;
 pub mod tree;
 pub mod vision;
 pub mod world;

@@ -6,7 +6,9 @@ mod common;
 use vsonar::ir::generate::Random as Small;
 use vsonar::ir::{Op, Rect, reference};
 use vsonar::lower::lower;
-use vsonar::tree::{CreateSettings, Creator, CrossoverSettings, Individual, NodeType, Random, crossover};
+use vsonar::tree::{
+    CreateSettings, Creator, CrossoverSettings, Individual, NodeType, Random, subtree_crossover,
+};
 
 const SEED: u64 = 20_260;
 
@@ -18,8 +20,8 @@ fn individuals(seed: u64, count: usize) -> Vec<Individual> {
     let mut out: Vec<Individual> = (0..count).map(|_| creator.individual(&mut random)).collect();
     for _ in 0..count {
         let (i, j) = (random.index(count), random.index(count));
-        let (a, b) = crossover(&out[i], &out[j], &CrossoverSettings::default(), &mut random);
-        (out[i], out[j]) = (a, b);
+        let [a, b] = subtree_crossover(&out[i], &out[j], &CrossoverSettings::default(), &mut random);
+        (out[i], out[j]) = (a.individual, b.individual);
     }
     out
 }

@@ -55,6 +55,7 @@ pub trait Machine {
     /// The binary32's bit pattern.
     fn to_bits(&mut self, a: Self::F) -> Self::I;
     /// The binary32 with this bit pattern.
+    #[expect(clippy::wrong_self_convention, reason = "the machine makes the value; `self` is not converted")]
     fn from_bits(&mut self, a: Self::I) -> Self::F;
 
     /// `a + b`, wrapping.

@@ -36,6 +36,7 @@ mod fault;
 mod save;
 mod scan;
 mod split;
+mod table;
 
 pub use check::{CheckReport, ColumnReport, Distribution, check};
 pub use constants::{BestConstant, Constants, Score, TOLERANCE, best_constant};
@@ -191,7 +192,7 @@ mod tests {
     #[test]
     fn fnv_matches_published_vectors() {
         for (text, expected) in
-            [("", 0xcbf29ce484222325), ("a", 0xaf63dc4c8601ec8c), ("foobar", 0x85944171f73967e8)]
+            [("", 0xcbf29ce484222325u64), ("a", 0xaf63dc4c8601ec8c), ("foobar", 0x85944171f73967e8)]
         {
             let mut hash = Fnv(0xcbf29ce484222325);
             hash.bytes(text.as_bytes());

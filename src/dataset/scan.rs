@@ -7,12 +7,13 @@
 //! ```
 
 use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use image::GrayImage;
 use rayon::prelude::*;
 
 use super::fault::{DatasetError, Fault, FaultKind, Place};
+use super::table::{Row, is_confined, read_table};
 use super::{Case, Dataset, NamedImage};
 use crate::vision::{ImageError, load_gray};
 use vsonar_ir::Program;
@@ -44,15 +45,6 @@ impl Scan {
             _ => Err(DatasetError::Folder { dir: self.dir, faults: self.faults }),
         }
     }
-}
-
-/// One row, its numbers not yet held against an image.
-struct Row {
-    at: Place,
-    /// Index in the list of images.
-    image: usize,
-    x: Option<i128>,
-    y: Option<i128>,
 }
 
 /// An image as far as it could be had: without pixels its fault is noted already.
@@ -131,136 +123,6 @@ pub(super) fn assemble(
 fn folder_name(dir: &Path) -> String {
     let named = |p: &Path| p.file_name().map(|n| n.to_string_lossy().into_owned());
     named(dir).or_else(|| named(&dir.canonicalize().ok()?)).unwrap_or_else(|| "data".into())
-}
-
-/// The distinct images of the table with the place of their first row, the rows that name a confined image,
-/// and the number of all rows.
-fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<(Place, String)>, Vec<Row>, usize) {
-    let nothing = (Vec::new(), Vec::new(), 0);
-    if !path.is_file() {
-        faults.push(Fault { at: Place::Set, kind: FaultKind::NoTable(path.into()) });
-        return nothing;
-    }
-    // The header is read as a row of its own, for the reader's automatic header would hide its line.
-    let reader =
-        csv::ReaderBuilder::new().has_headers(false).flexible(true).trim(csv::Trim::All).from_path(path);
-    let mut reader = match reader {
-        Ok(reader) => reader,
-        Err(e) => {
-            faults.push(Fault { at: Place::Set, kind: FaultKind::Table(e.to_string()) });
-            return nothing;
-        }
-    };
-    let mut record = csv::ByteRecord::new();
-    let mut header: Option<Header> = None;
-    let mut images: Vec<(Place, String)> = Vec::new();
-    let mut index: BTreeMap<String, usize> = BTreeMap::new();
-    let (mut rows, mut count) = (Vec::new(), 0);
-    loop {
-        match reader.read_byte_record(&mut record) {
-            Ok(true) => {}
-            Ok(false) => break,
-            Err(e) => {
-                faults.push(Fault { at: Place::Set, kind: FaultKind::Table(e.to_string()) });
-                break;
-            }
-        }
-        let at = Place::Line(record.position().map_or(0, csv::Position::line));
-        let Some(header) = &header else {
-            match Header::read(&record) {
-                Ok(read) => header = Some(read),
-                Err(kind) => {
-                    faults.push(Fault { at, kind });
-                    return nothing;
-                }
-            }
-            continue;
-        };
-        count += 1;
-        let fields = match header.fields(&record) {
-            Ok(fields) => fields,
-            Err(kind) => {
-                faults.push(Fault { at, kind });
-                continue;
-            }
-        };
-        let [name, x, y] = fields;
-        let mut number = |column, text: &str| {
-            let value = text.parse::<i128>().ok();
-            if value.is_none() {
-                faults.push(Fault { at, kind: FaultKind::Number { column, text: text.into() } });
-            }
-            value
-        };
-        let (x, y) = (number('x', x), number('y', y));
-        if !is_confined(name) {
-            faults.push(Fault { at, kind: FaultKind::Name(name.into()) });
-            continue;
-        }
-        let image = *index.entry(name.into()).or_insert_with(|| {
-            images.push((at, name.into()));
-            images.len() - 1
-        });
-        rows.push(Row { at, image, x, y });
-    }
-    if count == 0 {
-        faults.push(Fault { at: Place::Set, kind: FaultKind::Empty });
-    }
-    (images, rows, count)
-}
-
-/// Where the three columns stand.
-struct Header {
-    columns: [usize; 3],
-    fields: usize,
-}
-
-impl Header {
-    fn read(record: &csv::ByteRecord) -> Result<Header, FaultKind> {
-        let names: Vec<_> = record.iter().map(String::from_utf8_lossy).collect();
-        let column = |wanted: &str| {
-            let mut places = names.iter().enumerate().filter(|(_, n)| n.as_ref() == wanted).map(|(i, _)| i);
-            let place = places.next().ok_or(format!("without `{wanted}`"))?;
-            if places.next().is_some() { Err(format!("with `{wanted}` twice")) } else { Ok(place) }
-        };
-        let fault = |problem| FaultKind::Header { found: names.join(","), problem };
-        let mut columns = [0; 3];
-        for (place, wanted) in columns.iter_mut().zip(["image", "x", "y"]) {
-            *place = column(wanted).map_err(fault)?;
-        }
-        Ok(Header { columns, fields: record.len() })
-    }
-
-    fn fields<'r>(&self, record: &'r csv::ByteRecord) -> Result<[&'r str; 3], FaultKind> {
-        if record.len() != self.fields {
-            let (found, expected) = (record.len(), self.fields);
-            return Err(FaultKind::Row(format!("{found} fields, the header has {expected}")));
-        }
-        let mut fields = [""; 3];
-        for (field, &column) in fields.iter_mut().zip(&self.columns) {
-            *field = std::str::from_utf8(&record[column])
-                .map_err(|_| FaultKind::Row(format!("field {} is not UTF-8", column + 1)))?;
-        }
-        Ok(fields)
-    }
-}
-
-/// A plain relative path: nothing that leads out of the folder on any platform, no second spelling of the
-/// same file, nothing the table would not give back.
-fn is_confined(name: &str) -> bool {
-    let parts: Option<Vec<&str>> = Path::new(name)
-        .components()
-        .map(|part| match part {
-            Component::Normal(part) => part.to_str(),
-            _ => None,
-        })
-        .collect();
-    let drive = name.as_bytes().get(1) == Some(&b':');
-    !name.is_empty()
-        && !drive
-        && name.trim() == name
-        && !name.contains(['\\', '\0'])
-        && parts.is_some_and(|p| p.join("/") == name)
 }
 
 fn read_image(dir: &Path, name: &str) -> Result<GrayImage, FaultKind> {
@@ -382,34 +244,4 @@ fn sound(
         case.image = new;
     }
     (!cases.is_empty()).then_some(Dataset { name, width, height, images, cases })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_confined() {
-        for good in ["a.png", "run 1/a.png", "..a.png", "ä.png", "a,b.png"] {
-            assert!(is_confined(good), "{good}");
-        }
-        for bad in [
-            "",
-            "/etc/passwd",
-            "../a.png",
-            "a/../b.png",
-            "./a.png",
-            "a/./b.png",
-            "a//b.png",
-            "a/",
-            "..",
-            " a.png",
-            "C:a.png",
-            "C:/a.png",
-            "a\\b.png",
-            "a\0.png",
-        ] {
-            assert!(!is_confined(bad), "{bad}");
-        }
-    }
 }

@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::individual::{Individual, MAX_DEPTH, MAX_NODES, Tree, TreeIndex};
-use super::node::{Node, Place};
+use super::node::Node;
 use super::nodeset::{NodeSet, NodeSetError};
+use super::place::Place;
 use super::random::Random;
 
 /// How random individuals are made. The default is the published set-up.
@@ -18,7 +19,7 @@ pub struct CreateSettings {
     pub max_depth: usize,
     /// How deep a column expression may grow, its own root having depth 0.
     pub column_depth: usize,
-    /// The probability that a tree is full, and not grown.
+    /// The probability that a body is made by the method full, else by grow.
     pub full_probability: f64,
     /// The probability of a leaf wherever a tree is grown and may have either.
     pub grow_leaf_probability: f64,

@@ -7,7 +7,8 @@ use std::ops::Range;
 
 use vsonar_ir::{Direction, Rect};
 
-use super::node::{Node, Place};
+use super::node::Node;
+use super::place::Place;
 
 /// The deepest a tree may be; its root has depth 0. Whoever walks trees may recurse.
 pub const MAX_DEPTH: usize = 1_000;

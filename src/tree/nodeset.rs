@@ -7,7 +7,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
 use super::error::{quote, suggestion};
 use super::individual::TreeIndex;
-use super::node::{Node, NodeType, Place};
+use super::node::{Node, NodeType};
+use super::place::Place;
 
 /// The largest weight.
 pub const MAX_WEIGHT: u32 = 1_000;

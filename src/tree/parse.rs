@@ -5,7 +5,8 @@ use vsonar_ir::Rect;
 
 use super::error::{ParseError, ParseErrorKind as Kind, Position, quote, suggestion};
 use super::individual::{Individual, MAX_DEPTH, MAX_NODES, Tree, TreeIndex};
-use super::node::{Node, NodeType, Place};
+use super::node::{Node, NodeType};
+use super::place::Place;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Token<'a> {

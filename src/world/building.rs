@@ -225,11 +225,11 @@ fn looks(legs: &[Leg], stream: &mut Stream) -> Looks {
     Looks {
         seed: stream.bits(),
         carpet,
-        carpet_contrast: stream.range(0.25, 0.5),
+        carpet_contrast: stream.range(0.15, 0.4),
         stripe: striped.room((at, at + wide), (-half, half)),
         stripe_albedo: if stream.chance(0.5) { carpet * 0.5 } else { carpet * 1.9 },
-        wall: stream.range(0.38, 0.62),
-        skirting: if stream.chance(0.6) { stream.range(0.03, 0.08) } else { stream.range(0.2, 0.3) },
+        wall: stream.range(0.45, 0.75),
+        skirting: if stream.chance(0.75) { stream.range(0.03, 0.08) } else { stream.range(0.4, 0.55) },
         skirting_height: stream.range(0.06, 0.12),
         gloss: stream.range(0.05, 0.35),
     }

@@ -134,6 +134,18 @@ pub enum Outline {
 }
 
 impl Outline {
+    /// The centre and the squared radius of a circle around it, a little too large to be on the safe side.
+    fn circle(&self) -> (f64, f64, f64) {
+        let (x, y, square) = match *self {
+            Outline::Box(Room { x, y }) => {
+                let (dx, dy) = ((x.1 - x.0) / 2.0, (y.1 - y.0) / 2.0);
+                (x.0 + dx, y.0 + dy, dx * dx + dy * dy)
+            }
+            Outline::Round { x, y, radius } => (x, y, radius * radius),
+        };
+        (x, y, square * 1.001 + 1e-9)
+    }
+
     /// Distance of a point of the floor to the outline, 0 inside.
     pub fn distance(&self, x: f64, y: f64) -> f64 {
         match *self {
@@ -248,13 +260,16 @@ const CRACK: f64 = 1e-7;
 pub struct Geometry {
     walls: Vec<Wall>,
     solids: Vec<Solid>,
+    /// A circle around each solid: centre and squared radius.
+    circles: Vec<(f64, f64, f64)>,
     ceiling: f64,
 }
 
 impl Geometry {
     /// The walls around the union of the rooms, the solids, and a ceiling at this height.
     pub fn new(rooms: &[Room], solids: Vec<Solid>, ceiling: f64) -> Geometry {
-        Geometry { walls: super::outline::outline(rooms), solids, ceiling }
+        let circles = solids.iter().map(|s| s.outline.circle()).collect();
+        Geometry { walls: super::outline::outline(rooms), solids, circles, ceiling }
     }
 
     /// The walls.
@@ -295,7 +310,13 @@ impl Geometry {
                 (distance, normal, surface) = (t, wall.normal(), Surface::Wall(i));
             }
         }
-        for (i, solid) in self.solids.iter().enumerate() {
+        let reach = d.x * d.x + d.y * d.y;
+        for (i, (solid, circle)) in self.solids.iter().zip(&self.circles).enumerate() {
+            // most rays pass by most solids: seen from above, the line misses the circle
+            let miss = (circle.0 - o.x) * d.y - (circle.1 - o.y) * d.x;
+            if miss * miss > circle.2 * reach {
+                continue;
+            }
             if let Some((t, n)) = solid.enter(ray)
                 && t < distance
             {
@@ -315,5 +336,54 @@ impl Geometry {
             least = least.min((across * across + along * along).sqrt());
         }
         self.solids.iter().fold(least, |least, s| least.min(s.outline.distance(x, y)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ray(origin: (f64, f64, f64), direction: (f64, f64, f64)) -> Ray {
+        let v = |(x, y, z)| Vec3::new(x, y, z);
+        Ray { origin: v(origin), direction: v(direction) }
+    }
+
+    #[test]
+    fn boxes_are_entered_through_the_right_face() {
+        let cube = Solid { outline: Outline::Box(Room { x: (1.0, 2.0), y: (-0.5, 0.5) }), height: 1.0 };
+        let front = cube.enter(&ray((0.0, 0.0, 0.5), (1.0, 0.0, 0.0)));
+        assert_eq!(front, Some((1.0, Vec3::new(-1.0, 0.0, 0.0))));
+        let lid = cube.enter(&ray((1.5, 0.0, 3.0), (0.0, 0.0, -1.0)));
+        assert_eq!(lid, Some((2.0, Vec3::new(0.0, 0.0, 1.0))));
+        assert_eq!(cube.enter(&ray((0.0, 0.0, 1.5), (1.0, 0.0, 0.0))), None, "above");
+        assert_eq!(cube.enter(&ray((0.0, 0.0, 0.5), (-1.0, 0.0, 0.0))), None, "behind");
+        assert_eq!(cube.enter(&ray((0.0, 0.6, 0.5), (1.0, 0.0, 0.0))), None, "beside");
+    }
+
+    #[test]
+    fn cylinders_have_a_side_and_a_lid() {
+        let bin = Solid { outline: Outline::Round { x: 2.0, y: 0.0, radius: 0.5 }, height: 1.0 };
+        let side = bin.enter(&ray((0.0, 0.0, 0.5), (1.0, 0.0, 0.0)));
+        assert_eq!(side, Some((1.5, Vec3::new(-1.0, 0.0, 0.0))));
+        let lid = bin.enter(&ray((0.0, 0.0, 2.0), (2.0, 0.0, -1.0)));
+        assert_eq!(lid, Some((1.0, Vec3::new(0.0, 0.0, 1.0))));
+        assert_eq!(bin.enter(&ray((2.0, 0.0, 3.0), (0.0, 0.0, -1.0))).map(|h| h.0), Some(2.0));
+        assert_eq!(bin.enter(&ray((0.0, 0.6, 0.5), (1.0, 0.0, 0.0))), None);
+        assert_eq!(bin.enter(&ray((0.0, 0.0, 0.5), (-1.0, 0.0, 0.0))), None);
+    }
+
+    #[test]
+    fn the_nearest_surface_is_met() {
+        let hall = [Room { x: (0.0, 10.0), y: (-1.0, 1.0) }];
+        let bin = Solid { outline: Outline::Round { x: 4.0, y: 0.0, radius: 0.2 }, height: 0.5 };
+        let geometry = Geometry::new(&hall, vec![bin], 2.5);
+        let surface = |direction| geometry.cast(&ray((1.0, 0.0, 1.0), direction)).surface;
+        assert_eq!(surface((1.0, 0.0, -0.25)), Surface::Solid(0));
+        assert_eq!(surface((1.0, 0.0, -0.6)), Surface::Floor);
+        assert_eq!(surface((1.0, 0.0, 0.9)), Surface::Ceiling);
+        let Surface::Wall(i) = surface((1.0, 0.0, -0.01)) else { panic!("the far wall stands there") };
+        assert_eq!(geometry.walls()[i].normal(), Vec3::new(-1.0, 0.0, 0.0));
+        assert!((geometry.clearance(4.0, 0.5, 9.0) - 0.3).abs() < 1e-12);
+        assert_eq!(geometry.clearance(1.0, 0.2, 9.0), 0.8);
     }
 }

@@ -33,7 +33,7 @@ pub struct Panel {
 }
 
 /// Light that comes from everywhere.
-const AMBIENT: f64 = 0.07;
+const AMBIENT: f64 = 0.09;
 /// Luminous intensity of a panel of power 1: with one every 2.4 m at 2.6 m the floor gets about 1.
 const INTENSITY: f64 = 4.2;
 /// A panel further away than this, in metres, is left out.

@@ -45,7 +45,8 @@ pub struct Corridor {
     pub width: u32,
     /// Height of the pictures in pixels, at least 16.
     pub height: u32,
-    /// Labelled columns in each picture, spread evenly: column i is at `(2 i + 1) width / (2 columns)`, rounded.
+    /// Labelled columns in each picture, spread evenly: column i is at `(2 i + 1) width / (2 columns)`, rounded
+    /// (halves down, so that all are different).
     pub columns: u32,
     /// Horizontal field of view in radians, between 0 and pi. Pixels are square.
     pub field_of_view: f64,
@@ -75,7 +76,7 @@ impl Default for Corridor {
             field_of_view: 90f64.to_radians(),
             pitch: 51f64.to_radians(),
             camera_height: 0.8,
-            exposure: 0.9,
+            exposure: 1.7,
             softness: 0.6,
             noise: 2.0,
             interlace: 0.8,
@@ -147,7 +148,7 @@ impl Corridor {
     /// The labelled columns.
     pub fn labelled(&self) -> impl Iterator<Item = u32> + use<> {
         let (width, columns) = (u64::from(self.width), u64::from(self.columns));
-        (0..columns).map(move |i| (((2 * i + 1) * width + columns) / (2 * columns)).min(width - 1) as u32)
+        (0..columns).map(move |i| ((2 * (2 * i + 1) * width + 2 * columns - 1) / (4 * columns)) as u32)
     }
 
     fn lens(&self) -> Lens {

@@ -15,7 +15,7 @@ use vsonar::tree::Individual;
 use vsonar::vision::{CaseSet, Lane, WindowSums};
 
 /// Every executor, the judge first.
-pub fn executors() -> Vec<Box<dyn Executor>> {
+pub(crate) fn executors() -> Vec<Box<dyn Executor>> {
     vec![
         Box::new(TreeExecutor),
         Box::new(ReferenceExecutor),
@@ -25,7 +25,7 @@ pub fn executors() -> Vec<Box<dyn Executor>> {
 }
 
 /// The answers of one individual on all cases.
-pub fn answers(executor: &dyn Executor, individual: &Individual, cases: &CaseSet) -> Vec<f32> {
+pub(crate) fn answers(executor: &dyn Executor, individual: &Individual, cases: &CaseSet) -> Vec<f32> {
     let mut out = vec![f32::from_bits(0x7fc0_dead); cases.len()];
     let candidate = Candidate::new(individual, cases.width(), cases.height());
     let mut worker = executor.worker().expect("a worker can be made");
@@ -36,19 +36,19 @@ pub fn answers(executor: &dyn Executor, individual: &Individual, cases: &CaseSet
 }
 
 /// Equal bits, or both NaN.
-pub fn same(a: f32, b: f32) -> bool {
+pub(crate) fn same(a: f32, b: f32) -> bool {
     a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
 }
 
 /// A case set over some images with these (image, column) pairs.
-pub fn case_set(images: &[GrayImage], lanes: &[(usize, u32)]) -> CaseSet {
+pub(crate) fn case_set(images: &[GrayImage], lanes: &[(usize, u32)]) -> CaseSet {
     let sums = images.iter().map(|image| Arc::new(WindowSums::new(image))).collect();
     let lanes = lanes.iter().map(|&(image, column)| Lane { image: image as u32, column }).collect();
     CaseSet::new(sums, lanes).expect("the images are of one size and the columns inside")
 }
 
 /// A random image: noise, blocks, gradients, flat, or the extremes.
-pub fn image(random: &mut Random, width: u32, height: u32) -> GrayImage {
+pub(crate) fn image(random: &mut Random, width: u32, height: u32) -> GrayImage {
     let kind = random.below(5);
     let seed = random.bits();
     let mut pixel = Random::new(seed);

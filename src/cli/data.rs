@@ -1,0 +1,86 @@
+//! `vsonar data`: examine a data folder, or make one.
+
+use std::path::PathBuf;
+
+use clap::Subcommand;
+use vsonar::dataset;
+use vsonar::world::{Corridor, FRAMES};
+
+use super::output::{self, count, shell_word};
+use super::{CliError, source};
+
+const EXAMPLES: &str = "\
+Examples:
+  vsonar data check photos                report on a folder, every fault with its line
+  vsonar data synth corridor              write the images that `vsonar evolve` uses when it is given none
+  vsonar data synth elsewhere --seed 2    another building";
+
+/// Check a data folder, or write one of synthetic images
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Report what a data folder holds, the best constant answers as the floor to beat, and every fault
+    ///
+    /// Ends with exit code 1 if there are faults.
+    #[command(after_help = "Example:\n  vsonar data check photos")]
+    Check {
+        /// Folder with `labels.csv` and the images it names
+        dir: PathBuf,
+        /// Print the report as JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write a synthetic corridor, as a robot's camera sees it, as a data folder
+    #[command(after_help = "Example:\n  vsonar data synth corridor && vsonar evolve --data corridor")]
+    Synth {
+        /// The new folder; one that exists is left alone
+        dir: PathBuf,
+        /// Which building; each seed is another one
+        #[arg(long, value_name = "N", default_value_t = source::BUILDING)]
+        seed: u64,
+        /// How many images
+        #[arg(long, value_name = "N", default_value_t = FRAMES)]
+        frames: usize,
+    },
+}
+
+/// Checks or writes a folder.
+pub(crate) fn run(args: Args) -> Result<(), CliError> {
+    match args.command {
+        Command::Check { dir, json } => {
+            let report = dataset::check(&dir);
+            if json {
+                output::print_json(&report)?;
+            } else {
+                output::print(&report.to_string())?;
+            }
+            if report.is_sound() { Ok(()) } else { Err(CliError::Negative) }
+        }
+        Command::Synth { dir, seed, frames } => {
+            if dir.symlink_metadata().is_ok() {
+                let text = format!(
+                    "{}: exists already and is never overwritten; choose another name",
+                    dir.display()
+                );
+                return Err(CliError::Failed(text));
+            }
+            let set = Corridor::default().render(seed, frames)?;
+            set.save(&dir)?;
+            output::print(&format!(
+                "{}: {} of {} x {} pixels, {}\nNext: vsonar evolve --data {}\n",
+                dir.display(),
+                count(set.images().len() as u64, "image"),
+                set.width(),
+                set.height(),
+                count(set.cases().len() as u64, "case"),
+                shell_word(&dir)
+            ))
+        }
+    }
+}

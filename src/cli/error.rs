@@ -1,0 +1,71 @@
+//! How a command ends when it does not end well.
+
+use std::io::{self, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Why a command did not do what it was asked.
+#[derive(Debug)]
+pub(crate) enum CliError {
+    /// The flags do not make sense: exit code 2.
+    Usage(String),
+    /// Anything else: exit code 1.
+    Failed(String),
+    /// What was asked was done, and the answer is no; it has been printed. Exit code 1.
+    Negative,
+    /// Ctrl-C, and how to go on: exit code 130.
+    Interrupted(String),
+    /// Whoever read the output has gone; nothing is wrong.
+    Closed,
+}
+
+/// Exit code after Ctrl-C: 128 and the number of the signal, as shells have it.
+pub(crate) const INTERRUPTED: u8 = 130;
+
+impl<E: std::error::Error> From<E> for CliError {
+    fn from(error: E) -> CliError {
+        CliError::Failed(error.to_string())
+    }
+}
+
+impl CliError {
+    /// A file that could not be read or written.
+    pub(crate) fn file(path: &Path, action: &str, error: &io::Error) -> CliError {
+        CliError::Failed(format!("{}: cannot {action}: {error}{}", path.display(), remedy(error)))
+    }
+
+    /// Standard output that could not be written.
+    pub(crate) fn output(error: &io::Error) -> CliError {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe => CliError::Closed,
+            _ => CliError::Failed(format!("cannot write to standard output: {error}{}", remedy(error))),
+        }
+    }
+
+    /// Tells the user, and gives the exit code.
+    pub(crate) fn report(self) -> ExitCode {
+        let (text, code) = match self {
+            CliError::Usage(text) => (format!("error: {text}\n\nFor more information, try '--help'.\n"), 2),
+            CliError::Failed(text) => (format!("error: {}\n", text.trim_end()), 1),
+            CliError::Interrupted(text) => (format!("{text}\n"), INTERRUPTED),
+            CliError::Negative => return ExitCode::from(1),
+            CliError::Closed => return ExitCode::SUCCESS,
+        };
+        // If standard error is closed, the exit code has to do.
+        let _ = io::stderr().write_all(text.as_bytes());
+        ExitCode::from(code)
+    }
+}
+
+fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::NotFound => "; check the path",
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            "; choose a place where you may write"
+        }
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
+            "; make room on the disk"
+        }
+        _ => "",
+    }
+}

@@ -1,0 +1,252 @@
+//! `vsonar eval`: how a program does on a set of labelled images, case by case.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use vsonar::dataset::{BestConstant, Constants, Dataset, TOLERANCE};
+use vsonar::evolve::is_correct;
+use vsonar::tree::{Individual, Shortest};
+
+use super::CliError;
+use super::executor::{Choice, answers};
+use super::output::{self, percent};
+use super::table::Table;
+
+const EXAMPLES: &str = "\
+Examples:
+  vsonar eval runs/photos-seed-1/best.gp --data photos
+  vsonar eval best.gp --data photos --match 'run_C*' --json
+  vsonar eval best.gp --data photos --answers answers.csv
+
+An answer is correct within the tolerance of the label. Too near: it sees the obstacle lower in the image than it
+is, so nearer to the camera. Too far: higher. An answer that is no finite number is wrong too, and counted apart.";
+
+/// Test a program on labelled images
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// The program, a .gp file
+    program: PathBuf,
+    /// Folder with `labels.csv` and the images it names
+    #[arg(long, value_name = "DIR")]
+    data: PathBuf,
+    /// Only the images whose names match this pattern, e.g. 'run_C*'
+    #[arg(long = "match", value_name = "GLOB", alias = "holdout-match", alias = "train-match")]
+    pattern: Option<String>,
+    /// What runs the program; all give the same answers
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Cranelift)]
+    executor: Choice,
+    /// An answer is correct within this many rows of the label
+    #[arg(long, value_name = "ROWS", default_value_t = TOLERANCE, value_parser = tolerance, allow_negative_numbers = true)]
+    tolerance: f64,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+    /// Write every answer as CSV (image,x,label,answer) to this file, or to standard output (-)
+    #[arg(long, value_name = "FILE")]
+    answers: Option<PathBuf>,
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    let rows = text.parse::<f64>().ok().filter(|rows| rows.is_finite() && *rows >= 0.0);
+    rows.ok_or_else(|| "give a number of rows, 0 or more".to_string())
+}
+
+/// Verdicts counted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+struct Counts {
+    fitness: f64,
+    correct: usize,
+    cases: usize,
+    too_near: usize,
+    too_far: usize,
+    not_finite: usize,
+}
+
+impl Counts {
+    fn of<'a>(cases: impl Iterator<Item = (&'a f32, u32)>, tolerance: f64) -> Counts {
+        let mut counts = Counts::default();
+        for (&answer, label) in cases {
+            let label = f64::from(label);
+            counts.cases += 1;
+            if is_correct(answer, label, tolerance) {
+                counts.correct += 1;
+            } else if !answer.is_finite() {
+                counts.not_finite += 1;
+            } else if f64::from(answer) > label {
+                counts.too_near += 1;
+            } else {
+                counts.too_far += 1;
+            }
+        }
+        counts.fitness = counts.correct as f64 / counts.cases.max(1) as f64;
+        counts
+    }
+
+    fn cells(&self) -> [String; 6] {
+        let numbers = [self.cases, self.correct, self.too_near, self.too_far, self.not_finite];
+        let [cases, correct, near, far, other] = numbers.map(|n| n.to_string());
+        [cases, correct, percent(self.fitness), near, far, other]
+    }
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct Column {
+    x: u32,
+    #[serde(flatten)]
+    counts: Counts,
+    constant: BestConstant,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct Image {
+    image: String,
+    #[serde(flatten)]
+    counts: Counts,
+}
+
+/// What a constant answer reaches on the same cases, chosen with their labels in view.
+#[derive(Debug, Clone, Serialize)]
+struct Floor {
+    answer: f64,
+    correct: usize,
+    fitness: f64,
+    per_column_correct: usize,
+    per_column_fitness: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct Report {
+    program: PathBuf,
+    data: PathBuf,
+    tolerance: f64,
+    #[serde(flatten)]
+    counts: Counts,
+    constant: Floor,
+    columns: Vec<Column>,
+    images: Vec<Image>,
+}
+
+/// Runs a program on a data set and reports.
+pub(crate) fn run(args: Args) -> Result<(), CliError> {
+    let to_stdout = args.answers.as_deref() == Some(Path::new("-"));
+    if to_stdout && args.json {
+        let text = "`--answers -` and `--json` both write to standard output; give the answers a file";
+        return Err(CliError::Usage(text.to_string()));
+    }
+    let individual = Individual::load(&args.program)?;
+    let executor = args.executor.make()?;
+    let mut set = Dataset::load(&args.data)?;
+    if let Some(pattern) = &args.pattern {
+        set = set.select(pattern)?;
+    }
+    let answers = answers(&*executor, &individual, &set)?;
+    if let Some(file) = &args.answers {
+        let csv = csv(&set, &answers)?;
+        if to_stdout {
+            return output::print(&csv);
+        }
+        output::write_file(file, csv.as_bytes())?;
+    }
+    let report = report(&args, &set, &answers);
+    if args.json { output::print_json(&report) } else { output::print(&text(&report)) }
+}
+
+/// The answers as CSV, in the order of the cases.
+fn csv(set: &Dataset, answers: &[f32]) -> Result<String, CliError> {
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    csv.write_record(["image", "x", "label", "answer"])?;
+    for (case, &answer) in set.cases().iter().zip(answers) {
+        let image = set.images()[case.image].name.as_str();
+        csv.write_record([image, &case.x.to_string(), &case.y.to_string(), &Shortest(answer).to_string()])?;
+    }
+    let bytes = csv.into_inner().map_err(|e| CliError::Failed(e.to_string()))?;
+    Ok(String::from_utf8(bytes)?)
+}
+
+fn report(args: &Args, set: &Dataset, answers: &[f32]) -> Report {
+    let counts = |keep: &dyn Fn(&vsonar::dataset::Case) -> bool| {
+        let cases = set.cases().iter().zip(answers).filter(|(case, _)| keep(case));
+        Counts::of(cases.map(|(case, answer)| (answer, case.y)), args.tolerance)
+    };
+    let constants = Constants::learn(set, args.tolerance);
+    let floor = constants.score(set);
+    let column = |&(x, constant): &(u32, BestConstant)| Column { x, counts: counts(&|c| c.x == x), constant };
+    let image = |(i, image): (usize, &vsonar::dataset::NamedImage)| Image {
+        image: image.name.clone(),
+        counts: counts(&|c| c.image == i),
+    };
+    Report {
+        program: args.program.clone(),
+        data: args.data.clone(),
+        tolerance: args.tolerance,
+        counts: counts(&|_| true),
+        constant: Floor {
+            answer: constants.overall().answer,
+            correct: floor.overall,
+            fitness: floor.overall_share(),
+            per_column_correct: floor.per_column,
+            per_column_fitness: floor.per_column_share(),
+        },
+        columns: constants.columns().iter().map(column).collect(),
+        images: set.images().iter().enumerate().map(image).collect(),
+    }
+}
+
+const HEADINGS: [&str; 6] = ["cases", "correct", "fitness", "too near", "too far", "not finite"];
+
+fn text(report: &Report) -> String {
+    let headings = |first| -> Vec<&str> { std::iter::once(first).chain(HEADINGS).collect() };
+    let cells = |name: String, counts: &Counts| std::iter::once(name).chain(counts.cells());
+    let mut columns = Table::new(1, &[&headings("column")[..], &["constant", "correct"]].concat());
+    for c in &report.columns {
+        let constant = [c.constant.answer.to_string(), c.constant.correct.to_string()];
+        columns.row(cells(c.x.to_string(), &c.counts).chain(constant));
+    }
+    let all = [report.constant.answer.to_string(), report.constant.correct.to_string()];
+    columns.row(cells("all".to_string(), &report.counts).chain(all));
+    let mut wrong: Vec<&Image> = report.images.iter().filter(|i| i.counts.correct < i.counts.cases).collect();
+    wrong.sort_by(|a, b| a.counts.fitness.total_cmp(&b.counts.fitness));
+    let mut images = Table::new(1, &headings("image"));
+    wrong.iter().for_each(|i| images.row(cells(i.image.clone(), &i.counts)));
+    let mut out = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        out,
+        "{} on {}: {} ({} of {} cases within {} rows)\n\
+         best constant per column: {}; one for all columns: {}\n\n{columns}",
+        report.program.display(),
+        report.data.display(),
+        percent(report.counts.fitness),
+        report.counts.correct,
+        report.counts.cases,
+        report.tolerance,
+        percent(report.constant.per_column_fitness),
+        percent(report.constant.fitness),
+    );
+    let _ = if wrong.is_empty() {
+        writeln!(out, "Every case of every image is correct.")
+    } else {
+        write!(
+            out,
+            "Images with errors, the worst first ({} of {}):\n{images}",
+            wrong.len(),
+            report.images.len()
+        )
+    };
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn near_is_lower_in_the_image() {
+        let cases = [(20.0, 10), (111.0, 100), (89.0, 100), (f32::INFINITY, 0), (f32::NAN, 0), (90.0, 100)];
+        let counts = Counts::of(cases.iter().map(|(answer, label)| (answer, *label)), 10.0);
+        assert_eq!((counts.correct, counts.too_near, counts.too_far, counts.not_finite), (2, 1, 1, 2));
+        assert_eq!(counts.fitness, 2.0 / 6.0);
+    }
+}

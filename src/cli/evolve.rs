@@ -1,0 +1,209 @@
+//! `vsonar evolve`: a run from the flags to the summary.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use vsonar::evolve::{Evolution, RunFolder, Settings, StopReason};
+
+use super::executor::Choice;
+use super::output::{self, count, grouped, shell_word};
+use super::settings::{SettingsArgs, generations_help};
+use super::source::{Cases, DataArgs, Source};
+use super::summary::Report;
+use super::view::{Style, View};
+use super::{CliError, interrupt};
+
+/// The folder that run folders are made in.
+const RUNS: &str = "runs";
+
+const EXAMPLES: &str = "\
+Examples:
+  vsonar evolve
+      a small run on built-in images of a corridor; takes a minute or two
+  vsonar evolve --data photos --train-match 'run_[AB]*' --holdout-match 'run_C*'
+      train on two drives, test on the third
+  vsonar evolve --data photos --preset paper --seed 3 --out runs/as-published
+      the published method as it stands
+  vsonar evolve --data photos --nodes -raw --trees 1 --set selection.tournament=3
+      other settings
+  vsonar evolve --resume runs/photos-seed-1 --generations 100
+      go on with a run that was stopped, or add generations
+
+The run folder holds best.gp (the best program so far), log.jsonl (a line a generation), hall_of_fame.jsonl,
+settings.toml (every setting in full) and the checkpoint that --resume goes on from. A run is a function of data,
+settings and seed: threads, executor and interruptions change nothing but the time it takes.";
+
+/// Evolve a detector on labelled images
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    data: DataArgs,
+    #[command(flatten)]
+    settings: SettingsArgs,
+    #[arg(long, value_name = "N", help = generations_help(), help_heading = "Settings")]
+    generations: Option<u32>,
+    /// The run folder to make [default: runs/NAME-seed-N with the next free number]
+    #[arg(long, value_name = "RUN", help_heading = "Run")]
+    out: Option<PathBuf>,
+    /// Go on with the run of this folder; accepts only more generations, threads, executor and quietness
+    #[arg(
+        long,
+        value_name = "RUN",
+        help_heading = "Run",
+        conflicts_with_all = [
+            "data", "holdout", "train_match", "holdout_match", "preset", "settings", "seed", "population", "trees",
+            "tolerance", "nodes", "set", "out",
+        ]
+    )]
+    resume: Option<PathBuf>,
+    /// Threads that evaluate programs [default: one for each core]
+    #[arg(long, value_name = "N", help_heading = "Run", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// What runs the programs; all give the same results
+    #[arg(long, value_name = "NAME", help_heading = "Run", value_enum, default_value_t = Choice::Cranelift)]
+    executor: Choice,
+    /// Show nothing before the summary
+    #[arg(long, short, help_heading = "Run")]
+    quiet: bool,
+    /// Print the summary as JSON
+    #[arg(long, help_heading = "Run")]
+    json: bool,
+}
+
+/// A run ready to go.
+struct Prepared {
+    evolution: Evolution,
+    cases: Cases,
+    source: Source,
+    folder: PathBuf,
+}
+
+/// Evolves.
+pub(crate) fn run(args: Args) -> Result<(), CliError> {
+    let style = Style::of(args.quiet, args.json);
+    let stop = interrupt::stop_flag()?;
+    let mut prepared = match &args.resume {
+        Some(folder) => resume(&args, folder)?,
+        None => fresh(&args)?,
+    };
+    announce(&prepared, &args, style)?;
+    let started = Instant::now();
+    let reason = watch(&mut prepared.evolution, style, &stop)?;
+    let seconds = started.elapsed().as_secs_f64();
+    let complete = reason == StopReason::Finished;
+    if let Some(report) =
+        Report::of(&prepared.evolution, &prepared.cases, &prepared.source, &prepared.folder, seconds)?
+    {
+        if args.json {
+            output::print_json(&report)?;
+        } else if complete {
+            output::print(&report.to_string())?;
+        }
+    }
+    if complete { Ok(()) } else { Err(interrupted(&prepared)) }
+}
+
+/// A new run. What can be wrong is found before the run folder is made.
+fn fresh(args: &Args) -> Result<Prepared, CliError> {
+    let source = args.data.source()?;
+    let settings = args.settings.settings(source.is_synthetic(), args.generations)?;
+    let executor = args.executor.make()?;
+    if let Some(out) = &args.out
+        && out.symlink_metadata().is_ok()
+    {
+        return Err(vsonar::evolve::FolderError::Exists(out.clone()).into());
+    }
+    let cases = source.load()?;
+    let threads = usize::from(args.threads.unwrap_or(0));
+    let table = source.to_table()?;
+    let folder = match &args.out {
+        Some(out) => RunFolder::create(out, &settings, &table)?,
+        None => RunFolder::create_numbered(Path::new(RUNS), &source.name(), &settings, &table)?,
+    };
+    let path = folder.path().to_path_buf();
+    let evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads)?;
+    Ok(Prepared { evolution, cases, source, folder: path })
+}
+
+/// A run that goes on.
+fn resume(args: &Args, path: &Path) -> Result<Prepared, CliError> {
+    let (folder, mut settings) = RunFolder::open(path)?;
+    if let Some(generations) = args.generations {
+        settings = more(settings, generations)?;
+    }
+    let source = Source::from_table(folder.data(), path)?;
+    let executor = args.executor.make()?;
+    let cases = source.load()?;
+    let threads = usize::from(args.threads.unwrap_or(0));
+    let evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads)?;
+    Ok(Prepared { evolution, cases, source, folder: path.to_path_buf() })
+}
+
+fn more(settings: Settings, generations: u32) -> Result<Settings, CliError> {
+    let settings =
+        settings.extended(generations).map_err(|e| CliError::Usage(format!("--generations: {e}")))?;
+    settings.validate().map_err(|e| CliError::Usage(e.to_string()))?;
+    Ok(settings)
+}
+
+/// Says what is going to happen.
+fn announce(run: &Prepared, args: &Args, style: Style) -> Result<(), CliError> {
+    if style == Style::Silent || args.json {
+        return Ok(());
+    }
+    let settings = run.evolution.settings();
+    let done = run.evolution.generations();
+    let cases = run.cases.train.cases().len() as u64;
+    let again = if done == 0 {
+        String::new()
+    } else {
+        format!(", resumed after {}", count(done.into(), "generation"))
+    };
+    output::print(&format!(
+        "Training on {} ({} in {} of {} x {} pixels)\n{} individuals, {}, seed {}{again}; recorded in {}\n",
+        run.source.describe(),
+        count(cases, "case"),
+        count(run.cases.train.images().len() as u64, "image"),
+        run.cases.train.width(),
+        run.cases.train.height(),
+        grouped(settings.population.into()),
+        count(settings.generations.into(), "generation"),
+        settings.seed,
+        run.folder.display()
+    ))
+}
+
+/// Runs and shows it.
+fn watch(evolution: &mut Evolution, style: Style, stop: &Arc<AtomicBool>) -> Result<StopReason, CliError> {
+    let total = evolution.settings().generations;
+    let last = evolution.state().and_then(|state| state.records.last());
+    let mut view = View::start(style, evolution.progress(), total, last);
+    let mut unseen: Option<io::Error> = None;
+    let reason = evolution.run(stop, |record| {
+        if let Err(error) = view.generation(record) {
+            unseen = Some(error);
+            stop.store(true, Ordering::Relaxed);
+        }
+    });
+    drop(view);
+    match (reason, unseen) {
+        (Ok(_), Some(error)) => Err(CliError::output(&error)),
+        (reason, _) => Ok(reason?),
+    }
+}
+
+fn interrupted(run: &Prepared) -> CliError {
+    let done = run.evolution.generations();
+    let saved = match done {
+        0 => "before the first generation was complete".to_string(),
+        _ => format!("with {} of {} generations saved", done, run.evolution.settings().generations),
+    };
+    CliError::Interrupted(format!(
+        "interrupted {saved}; go on with: vsonar evolve --resume {}",
+        shell_word(&run.folder)
+    ))
+}

@@ -1,0 +1,106 @@
+//! Choosing an executor by its name.
+
+use std::sync::Arc;
+
+use clap::ValueEnum;
+use vsonar::dataset::Dataset;
+use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
+use vsonar::exec::reference::ReferenceExecutor;
+use vsonar::exec::tree::TreeExecutor;
+use vsonar::exec::{Candidate, ExecError, Executor};
+use vsonar::tree::Individual;
+
+use super::CliError;
+
+/// The executors; their names are those of the library.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Choice {
+    /// Native code, four fitness cases at a time: the fastest
+    Cranelift,
+    /// Native code, one case at a time
+    CraneliftScalar,
+    /// An evaluator of the compiler's intermediate form, slow and simple
+    Reference,
+    /// A walker of the program as it is written, slow: what all others are held against
+    Tree,
+}
+
+/// Stack of the thread that runs a program: the walker recurses as deep as the program is nested.
+const STACK_BYTES: usize = 64 << 20;
+
+impl Choice {
+    /// The executor.
+    ///
+    /// # Errors
+    /// If this machine cannot run it.
+    pub(crate) fn make(self) -> Result<Arc<dyn Executor>, CliError> {
+        let made: Result<Arc<dyn Executor>, ExecError> = match self {
+            Choice::Cranelift => cranelift(Shape::Lanes4),
+            Choice::CraneliftScalar => cranelift(Shape::Scalar),
+            Choice::Reference => Ok(Arc::new(ReferenceExecutor)),
+            Choice::Tree => Ok(Arc::new(TreeExecutor)),
+        };
+        // A worker is tried now, before a run folder is made.
+        let made = made.and_then(|executor| executor.worker().map(|_| executor));
+        made.map_err(|error| unusable(self.name(), &error))
+    }
+
+    /// The name in `--executor`, which is the library's.
+    fn name(self) -> &'static str {
+        match self {
+            Choice::Cranelift => "cranelift",
+            Choice::CraneliftScalar => "cranelift-scalar",
+            Choice::Reference => "reference",
+            Choice::Tree => "tree",
+        }
+    }
+}
+
+fn cranelift(shape: Shape) -> Result<Arc<dyn Executor>, ExecError> {
+    Ok(Arc::new(CraneliftExecutor::new(shape)?))
+}
+
+fn unusable(name: &str, error: &ExecError) -> CliError {
+    let remedy = "; every machine can run `--executor tree`, with the same results, only slower";
+    let text = error.to_string();
+    let remedy = if text.contains("--executor tree") { "" } else { remedy };
+    CliError::Failed(format!("the executor {name} cannot be used on this machine: {text}{remedy}"))
+}
+
+/// The answers of an individual to all cases of a set, in their order.
+pub(crate) fn answers(
+    executor: &dyn Executor,
+    individual: &Individual,
+    set: &Dataset,
+) -> Result<Vec<f32>, CliError> {
+    let run = || -> Result<Vec<f32>, ExecError> {
+        let cases = set.case_set();
+        let candidate = Candidate::new(individual, set.width(), set.height());
+        let mut answers = vec![0.0; set.cases().len()];
+        executor.worker()?.answers(&candidate, &cases, &mut answers)?;
+        Ok(answers)
+    };
+    Ok(with_stack(run)??)
+}
+
+/// Calls a function on a thread with room for deep recursion.
+pub(crate) fn with_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, CliError> {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work)?;
+        thread.join().or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_the_library_s() {
+        for choice in Choice::value_variants() {
+            let name = choice.to_possible_value().expect("none is hidden");
+            let executor = choice.make().unwrap_or_else(|e| panic!("{choice:?}: {e:?}"));
+            assert_eq!((name.get_name(), choice.name()), (executor.name(), executor.name()));
+        }
+    }
+}

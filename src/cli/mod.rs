@@ -1,0 +1,76 @@
+//! What people type: flags, default data, the terminal. Everything else is the library's.
+//!
+//! One file for each command; a command is an `Args` and a `run` that returns what went wrong, and only
+//! [`main`] turns that into a message and an exit code.
+
+mod completions;
+mod data;
+mod error;
+mod eval;
+mod evolve;
+mod executor;
+mod interrupt;
+mod ir;
+mod output;
+mod settings;
+mod source;
+mod summary;
+mod table;
+mod view;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+pub(crate) use error::CliError;
+
+const EXAMPLES: &str = "\
+Examples:
+  vsonar evolve                                 a first run, on built-in images of a corridor
+  vsonar evolve --data photos                   evolve on images and labels of your own
+  vsonar eval runs/photos-seed-1/best.gp --data photos
+  vsonar evolve --help                          the flags of a command, with examples
+
+A data folder holds `labels.csv` (header `image,x,y`; y is the row, counted from the top, of the lowest pixel of
+column x that is not ground) and the images it names. Exit codes: 0 done, 1 failed, 2 wrong usage, 130 Ctrl-C.";
+
+/// Evolves programs that see obstacles: given a gray camera image and a column, a program finds the lowest pixel
+/// that is not ground. Programs are bred by genetic programming and run as native code.
+#[derive(Parser)]
+#[command(name = "vsonar", version, after_help = EXAMPLES, max_term_width = 110, arg_required_else_help = true)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Evolve(Box<evolve::Args>),
+    Eval(eval::Args),
+    Ir(ir::Args),
+    Data(data::Args),
+    Completions(completions::Args),
+}
+
+/// Runs the command that was typed.
+pub(crate) fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Nobody is left to tell if even this cannot be written.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    let done = match cli.command {
+        Command::Evolve(args) => evolve::run(*args),
+        Command::Eval(args) => eval::run(args),
+        Command::Ir(args) => ir::run(args),
+        Command::Data(args) => data::run(args),
+        Command::Completions(args) => completions::run(args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => error.report(),
+    }
+}

@@ -1,0 +1,146 @@
+//! Writing to standard output, and files that are wholly there or not at all.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use super::CliError;
+
+/// Writes text to standard output.
+pub(crate) fn print(text: &str) -> Result<(), CliError> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| CliError::output(&e))
+}
+
+/// Writes a value to standard output as JSON.
+pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<(), CliError> {
+    print(&format!("{}\n", serde_json::to_string_pretty(value)?))
+}
+
+/// Puts a file in its place as a whole: it is written under a temporary name in the same folder, brought to the
+/// disk and renamed. A device or a pipe is written to as it is.
+pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
+    // A link is followed, so that it is not replaced by what it should lead to.
+    let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let written = match fs::metadata(path) {
+        Ok(there) if !there.is_file() && !there.is_dir() => {
+            fs::OpenOptions::new().write(true).open(path).and_then(|mut file| file.write_all(bytes))
+        }
+        _ => replace(path, bytes),
+    };
+    match written {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(CliError::Closed),
+        written => written.map_err(|error| CliError::file(path, "write the file", &error)),
+    }
+}
+
+fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let new = temporary(path)?;
+    let write = || -> io::Result<()> {
+        let mut file = File::create(&new)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&new, path)
+    };
+    let written = write();
+    if written.is_err() {
+        // The failure that counts is the first one.
+        let _ = fs::remove_file(&new);
+    }
+    written
+}
+
+/// A name beside `path` that no other process uses.
+fn temporary(path: &Path) -> io::Result<PathBuf> {
+    let Some(leaf) = path.file_name() else {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "this does not name a file"));
+    };
+    let mut name = std::ffi::OsString::from(".");
+    name.push(leaf);
+    name.push(format!(".{}.tmp", std::process::id()));
+    Ok(path.with_file_name(name))
+}
+
+/// The path as one word of a shell's command line, so that what is printed can be copied.
+pub(crate) fn shell_word(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/._-+,:@%=".contains(c);
+    let safe = !text.is_empty() && !text.starts_with('-') && text.chars().all(plain);
+    if safe { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+}
+
+/// A share as a percentage with one decimal.
+pub(crate) fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+/// A whole number with commas between its thousands.
+pub(crate) fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// A number and what it counts: `1 image`, `2 images`.
+pub(crate) fn count(number: u64, noun: &str) -> String {
+    format!("{} {noun}{}", grouped(number), if number == 1 { "" } else { "s" })
+}
+
+/// A time for people: `45 s`, `3 min 5 s`, `2 h 10 min`.
+pub(crate) fn duration(seconds: f64) -> String {
+    let whole = if seconds.is_finite() { seconds.max(0.0).round() as u64 } else { return "?".to_string() };
+    match whole {
+        0..60 => format!("{whole} s"),
+        60..3600 => format!("{} min {} s", whole / 60, whole % 60),
+        _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_for_people() {
+        assert_eq!(
+            [0, 999, 1000, 204_000, 1_234_567].map(grouped),
+            ["0", "999", "1,000", "204,000", "1,234,567"]
+        );
+        assert_eq!(
+            [0.4, 59.6, 3599.0, 7265.0].map(duration),
+            ["0 s", "1 min 0 s", "59 min 59 s", "2 h 1 min"]
+        );
+        assert_eq!(duration(f64::INFINITY), "?");
+        assert_eq!(
+            (count(1, "case"), count(1200, "case")),
+            ("1 case".to_string(), "1,200 cases".to_string())
+        );
+        assert_eq!(percent(0.98095), "98.1 %");
+    }
+
+    #[test]
+    fn words_of_a_shell() {
+        let word = |text: &str| shell_word(Path::new(text));
+        assert_eq!(word("runs/a-1.gp"), "runs/a-1.gp");
+        assert_eq!(word("my runs/it's"), r"'my runs/it'\''s'");
+        assert_eq!((word("-x"), word("")), ("'-x'".to_string(), "''".to_string()));
+    }
+
+    #[test]
+    fn files_are_replaced_as_a_whole() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let path = dir.path().join("file");
+        write_file(&path, b"old").expect("writable");
+        write_file(&path, b"new").expect("writable");
+        assert_eq!(fs::read(&path).expect("there"), b"new");
+        assert!(write_file(&dir.path().join("no/such"), b"").is_err());
+        assert!(write_file(dir.path(), b"").is_err(), "a folder is not replaced");
+        assert_eq!(fs::read_dir(dir.path()).expect("there").count(), 1, "nothing is left behind");
+    }
+}

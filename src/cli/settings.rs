@@ -1,0 +1,290 @@
+//! The settings of a run from preset, file and flags, each over the one before.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use vsonar::evolve::{Preset, Settings, SettingsError};
+
+use super::CliError;
+use super::output::grouped;
+
+/// Individuals in a generation of a run on the built-in corridor, unless something else is asked for.
+pub(crate) const SMALL_POPULATION: u32 = 1000;
+/// Generations of such a run.
+pub(crate) const SMALL_GENERATIONS: u32 = 21;
+
+/// The presets by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PresetName {
+    /// Selection that keeps different behaviours alive, and an initial generation that answers at all
+    Default,
+    /// The published method as it stands; it converges too early on most seeds
+    Paper,
+}
+
+impl From<PresetName> for Preset {
+    fn from(name: PresetName) -> Preset {
+        match name {
+            PresetName::Default => Preset::Default,
+            PresetName::Paper => Preset::Paper,
+        }
+    }
+}
+
+/// A default as the help states it.
+fn default_of(field: impl Fn(&Settings) -> u32, small: Option<u32>) -> String {
+    let (a, b) = (field(&Settings::default_preset()), field(&Settings::paper()));
+    let mut text = if a == b { grouped(a.into()) } else { format!("{a}; with --preset paper {b}") };
+    if let Some(small) = small {
+        text += &format!("; without --data {}", grouped(small.into()));
+    }
+    format!("[default: {text}]")
+}
+
+fn seed_help() -> String {
+    format!(
+        "Seed of every random choice; the same seed gives the same run [default: {}]",
+        Settings::default_preset().seed
+    )
+}
+
+fn population_help() -> String {
+    format!("Individuals in a generation {}", default_of(|s| s.population, Some(SMALL_POPULATION)))
+}
+
+fn trees_help() -> String {
+    let default = default_of(|s| s.trees, None);
+    format!("Trees of a program: 2, or 1 to do without the first pass over the column {default}")
+}
+
+fn tolerance_help() -> String {
+    format!(
+        "An answer is correct within this many rows of the label [default: {}]",
+        Settings::default_preset().tolerance
+    )
+}
+
+/// How many generations; the one setting that a resumed run accepts.
+pub(crate) fn generations_help() -> String {
+    let default = default_of(|s| s.generations, Some(SMALL_GENERATIONS));
+    format!("Generations, the initial one included; with --resume the new total {default}")
+}
+
+/// The flags that are settings.
+#[derive(clap::Args, Clone)]
+#[command(next_help_heading = "Settings")]
+pub(crate) struct SettingsArgs {
+    /// Where the settings start from [default: default]
+    #[arg(long, value_name = "NAME")]
+    preset: Option<PresetName>,
+    /// Settings from a TOML file, or those of another run (its settings.toml); flags go before it
+    #[arg(long, value_name = "FILE")]
+    settings: Option<PathBuf>,
+    #[arg(long, value_name = "N", help = seed_help())]
+    seed: Option<u64>,
+    #[arg(long, value_name = "N", help = population_help())]
+    population: Option<u32>,
+    #[arg(long, value_name = "N", help = trees_help())]
+    trees: Option<u32>,
+    #[arg(long, value_name = "ROWS", help = tolerance_help(), allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// Leave node types out (-raw), put them back (+raw) or give them a weight (if-le=2); repeatable
+    ///
+    /// Several edits may stand between commas, and a star at the end stands for all names that begin so:
+    /// --nodes '-raw*,-tan'
+    #[arg(long, value_name = "EDITS", allow_hyphen_values = true)]
+    nodes: Vec<String>,
+    /// Any setting by its name in settings.toml, e.g. selection.tournament=3; repeatable
+    ///
+    /// Every run folder has a settings.toml in which each setting stands under its meaning.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+impl SettingsArgs {
+    /// The settings: those of the preset, over them the file's, `--set` in order, and the flags. A run on the
+    /// built-in corridor (`small`) starts from a smaller population and fewer generations.
+    pub(crate) fn settings(&self, small: bool, generations: Option<u32>) -> Result<Settings, CliError> {
+        let mut settings = Settings::preset(self.preset.unwrap_or(PresetName::Default).into());
+        if small {
+            (settings.population, settings.generations) = (SMALL_POPULATION, SMALL_GENERATIONS);
+        }
+        if let Some(path) = &self.settings {
+            let text =
+                std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read the file", &e))?;
+            if self.preset.is_some() && names_preset(&text) {
+                let text = format!(
+                    "{}: the file names a preset itself; leave out `--preset`, or take the line out of the file",
+                    path.display()
+                );
+                return Err(CliError::Usage(text));
+            }
+            settings = settings.with_toml(&text, &path.display().to_string())?;
+        }
+        for assignment in &self.set {
+            settings = set(settings, assignment)?;
+        }
+        for change in &self.nodes {
+            settings.nodes.edit(change).map_err(|e| CliError::Usage(format!("--nodes: {e}")))?;
+        }
+        replace(&mut settings.seed, self.seed);
+        replace(&mut settings.population, self.population);
+        replace(&mut settings.generations, generations);
+        replace(&mut settings.trees, self.trees);
+        replace(&mut settings.tolerance, self.tolerance);
+        settings.validate().map_err(|e| CliError::Usage(e.to_string()))?;
+        Ok(settings)
+    }
+}
+
+fn replace<T>(field: &mut T, flag: Option<T>) {
+    if let Some(value) = flag {
+        *field = value;
+    }
+}
+
+/// Whether a settings file has a line `preset = ...`. What is no TOML is reported by whoever reads it.
+fn names_preset(text: &str) -> bool {
+    toml::from_str::<toml::Table>(text).is_ok_and(|table| table.contains_key("preset"))
+}
+
+/// Sets a field by its dotted name.
+fn set(settings: Settings, assignment: &str) -> Result<Settings, CliError> {
+    let usage = |text: String| CliError::Usage(format!("--set {assignment}: {text}"));
+    let Some((key, value)) = assignment.split_once('=') else {
+        return Err(usage("write it as KEY=VALUE, e.g. `--set selection.tournament=3`".to_string()));
+    };
+    let (key, value) = (key.trim(), value.trim());
+    if matches!(key.split('.').next(), Some("preset" | "data")) {
+        return Err(usage("this is no setting; there are the flags `--preset` and `--data`".to_string()));
+    }
+    // A name of a node type may hold anything but a dot.
+    let mut parts = key.rsplit('.').map(str::to_string);
+    let last = parts.next().unwrap_or_default();
+    let mut table: toml::Table = std::iter::once((last, value_of(value))).collect();
+    for part in parts {
+        table = std::iter::once((part, toml::Value::Table(table))).collect();
+    }
+    settings.with_toml(&table.to_string(), "--set").map_err(|error| match error {
+        SettingsError::Syntax { message, .. } => usage(format!(
+            "{message}; every setting with its meaning stands in the settings.toml of a run folder"
+        )),
+        SettingsError::ValueAt { fault, .. } | SettingsError::Value(fault) => usage(fault.to_string()),
+        other => usage(other.to_string()),
+    })
+}
+
+/// A value as TOML has it; what is none is a name.
+fn value_of(text: &str) -> toml::Value {
+    let table = toml::from_str::<toml::Table>(&format!("value = {text}"));
+    let alone = table.ok().filter(|t| t.len() == 1).and_then(|mut t| t.remove("value"));
+    alone.unwrap_or_else(|| toml::Value::String(text.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use vsonar::tree::NodeType;
+
+    use super::*;
+
+    fn settings(args: SettingsArgs) -> Result<Settings, String> {
+        args.settings(false, None).map_err(|error| match error {
+            CliError::Usage(text) | CliError::Failed(text) => text,
+            other => format!("{other:?}"),
+        })
+    }
+
+    fn none() -> SettingsArgs {
+        SettingsArgs {
+            preset: None,
+            settings: None,
+            seed: None,
+            population: None,
+            trees: None,
+            tolerance: None,
+            nodes: Vec::new(),
+            set: Vec::new(),
+        }
+    }
+
+    fn with_set(assignments: &[&str]) -> Result<Settings, String> {
+        settings(SettingsArgs { set: assignments.iter().map(|a| a.to_string()).collect(), ..none() })
+    }
+
+    /// The dotted name and the value of every field that a run folder records.
+    fn fields(settings: &Settings) -> Vec<(String, toml::Value)> {
+        let table: toml::Table = toml::from_str(&settings.to_toml()).expect("TOML");
+        let mut fields = Vec::new();
+        for (key, value) in table {
+            match value {
+                toml::Value::Table(inner) => {
+                    fields.extend(inner.into_iter().map(|(k, v)| (format!("{key}.{k}"), v)))
+                }
+                value => fields.push((key, value)),
+            }
+        }
+        fields
+    }
+
+    #[test]
+    fn every_setting_can_be_set_by_its_name() {
+        let (target, start) = (fields(&Settings::paper()), fields(&Settings::default_preset()));
+        assert!(start.len() > 80, "{}", start.len());
+        let assignments: Vec<String> = target.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        let assignments: Vec<&str> = assignments.iter().map(String::as_str).collect();
+        assert_eq!(with_set(&assignments), Ok(Settings::paper()));
+    }
+
+    /// The weight of a node type.
+    fn weight(settings: &Settings, name: &str) -> f64 {
+        settings.nodes.weight(NodeType::from_name(name).expect("a node type"))
+    }
+
+    #[test]
+    fn names_need_no_quotes() {
+        let changed =
+            with_set(&["selection.kind=tournament", "nodes.+=0", " seed = 9 "]).expect("all are settings");
+        assert_eq!(changed.selection.kind, Settings::paper().selection.kind);
+        assert_eq!((weight(&changed, "+"), changed.seed), (0.0, 9));
+    }
+
+    #[test]
+    fn wrong_assignments_are_named() {
+        for (assignment, said) in [
+            ("seed", "KEY=VALUE"),
+            ("sed=1", "unknown field"),
+            ("selection.size=1", "unknown field"),
+            ("selection.kind=best", "best"),
+            ("seed=1\npopulation=5", "--set"),
+            ("population=1", "2 to"),
+            ("preset=paper", "--preset"),
+            ("data.folder=x", "--data"),
+            ("=1", "--set"),
+        ] {
+            let error = with_set(&[assignment]).expect_err(assignment);
+            assert!(error.contains("--set") && error.contains(said), "{assignment}: {error}");
+        }
+    }
+
+    #[test]
+    fn flags_go_before_set() {
+        let args = SettingsArgs { seed: Some(5), set: vec!["seed=4".to_string()], ..none() };
+        assert_eq!(settings(args).map(|s| s.seed), Ok(5));
+        let args = SettingsArgs { population: Some(1), ..none() };
+        assert!(settings(args).expect_err("too few").contains("population"));
+    }
+
+    #[test]
+    fn node_types_are_left_out_and_brought_back() {
+        let nodes = |changes: &[&str]| {
+            settings(SettingsArgs { nodes: changes.iter().map(|c| c.to_string()).collect(), ..none() })
+        };
+        let left = nodes(&["-raw,if-le=3", "--", "-tan", "+tan"]).expect("all there are");
+        assert_eq!(
+            ["raw", "raw-sq", "-", "tan", "if-le"].map(|n| weight(&left, n)),
+            [0.0, 1.0, 0.0, 1.0, 3.0]
+        );
+        assert!(nodes(&["-rawr"]).expect_err("none").contains("`raw`"));
+        assert!(nodes(&["raw"]).expect_err("no sign").contains("`-name`"));
+    }
+}

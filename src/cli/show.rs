@@ -1,0 +1,326 @@
+//! `vsonar show`: pictures of a program's answers.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{self, Cursor};
+use std::path::{Path, PathBuf};
+
+use image::{ImageFormat, RgbImage};
+use rayon::prelude::*;
+use vsonar::dataset::{Dataset, TOLERANCE};
+use vsonar::report::{Column, LEGEND, MAX_SCALE, Style, Tile, contact_sheet, draw, fitting_scale};
+use vsonar::tree::Individual;
+use vsonar::world::{Corridor, FRAMES};
+
+use super::executor::{Choice, answers};
+use super::output::{self, count, percent};
+use super::{CliError, eval, source};
+
+const EXAMPLES: &str = "\
+Examples:
+  vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
+  vsonar show best.gp --data photos --match 'run_C*' --sheet-columns 4 --out pictures
+  vsonar show runs/synthetic-seed-1/best.gp --out pictures
+
+White bars cover what the program takes for ground, black bars what it takes for an obstacle. A cross stands at
+the ideal answer, a square of the size of the program's window at its own; both are green where the answer is
+correct. Where it is wrong they are orange, with a ring around the answer. An answer outside the image has an
+arrow head at that border, one that is not a number a question mark and a dashed bar.";
+
+/// The sheet of all pictures.
+const SHEET: &str = "contact-sheet";
+
+/// Pictures on one sheet; further ones go to further sheets, so that no sheet grows beyond what a viewer opens.
+const SHEET_TILES: usize = 240;
+
+/// Draw a program's answers into the images
+///
+/// Writes a PNG for each image, and all of them on a contact sheet, contact-sheet.png (with more than 240
+/// images also contact-sheet-2.png and so on).
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// The program, a .gp file
+    program: PathBuf,
+    /// Folder with `labels.csv` and the images it names [default: the held-out building of the built-in corridor]
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+    /// Only the images whose names match this pattern, e.g. 'run_C*'
+    #[arg(long = "match", value_name = "GLOB")]
+    pattern: Option<String>,
+    /// The folder to make; one that exists is left alone
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// What runs the program; all give the same answers
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Cranelift)]
+    executor: Choice,
+    /// An answer is correct within this many rows of the label
+    #[arg(long, value_name = "ROWS", default_value_t = TOLERANCE, value_parser = eval::tolerance, allow_negative_numbers = true)]
+    tolerance: f64,
+    /// Pictures side by side on the contact sheet
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=64))]
+    sheet_columns: u32,
+    /// Enlarge the images this many times [default: to a width of about 640 pixels]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SCALE)))]
+    scale: Option<u32>,
+}
+
+/// Draws the pictures.
+pub(crate) fn run(args: Args) -> Result<(), CliError> {
+    let individual = Individual::load(&args.program)?;
+    let mut folder = NewFolder::check(&args.out)?;
+    let executor = args.executor.make()?;
+    let mut set = match &args.data {
+        Some(dir) => Dataset::load(dir)?,
+        None => Corridor::default().render(source::OTHER_BUILDING, FRAMES)?,
+    };
+    if let Some(pattern) = &args.pattern {
+        set = set.select(pattern)?;
+    }
+    let answers = answers(&*executor, &individual, &set)?;
+    let style = Style {
+        tolerance: args.tolerance,
+        window: Some(individual.second().rect()),
+        scale: args.scale.unwrap_or_else(|| fitting_scale(set.width())),
+    };
+    let columns = by_image(&set, &answers);
+    let correct = columns.iter().flatten().filter(|c| c.is_correct(style.tolerance)).count();
+    let result = format!(
+        "{} of {} answers correct within {} rows ({})",
+        correct,
+        answers.len(),
+        style.tolerance,
+        percent(correct as f64 / answers.len().max(1) as f64)
+    );
+    let program = args.program.file_name().unwrap_or(args.program.as_os_str()).to_string_lossy();
+    let heading = format!("{program} on {}: {result}. {LEGEND}", set.name());
+
+    let sheets = sheet_names(set.images().len());
+    let names = file_names(set.images().iter().map(|i| i.name.as_str()), &sheets);
+    folder.make()?;
+    let indices: Vec<usize> = (0..set.images().len()).collect();
+    for (sheet, part) in sheets.iter().zip(indices.chunks(SHEET_TILES)) {
+        let tile = |&i: &usize| -> Result<Tile, CliError> {
+            let image = &set.images()[i];
+            let picture = draw(&image.pixels, &columns[i], &style);
+            folder.write(&names[i], &picture)?;
+            let correct = columns[i].iter().filter(|c| c.is_correct(style.tolerance)).count();
+            Ok(Tile::new(&picture, &image.name, correct, columns[i].len()))
+        };
+        let tiles = part.par_iter().map(tile).collect::<Result<Vec<Tile>, CliError>>()?;
+        folder.write(sheet, &contact_sheet(&tiles, args.sheet_columns as usize, &heading))?;
+    }
+    folder.finish()?;
+    output::print(&format!(
+        "{}: {}, all of them on {}\n{result}\n",
+        args.out.display(),
+        count(names.len() as u64, "picture"),
+        sheets.join(", ")
+    ))
+}
+
+/// The cases and answers, image by image.
+fn by_image(set: &Dataset, answers: &[f32]) -> Vec<Vec<Column>> {
+    let mut columns = vec![Vec::new(); set.images().len()];
+    for (case, &answer) in set.cases().iter().zip(answers) {
+        columns[case.image].push(Column { x: case.x, label: case.y, answer });
+    }
+    columns
+}
+
+/// The names of the sheets for this many images.
+fn sheet_names(images: usize) -> Vec<String> {
+    let name = |n| if n == 1 { format!("{SHEET}.png") } else { format!("{SHEET}-{n}.png") };
+    (1..=images.div_ceil(SHEET_TILES)).map(name).collect()
+}
+
+/// A file name for each image: its own with the ending `.png`; where that is taken, on a file system that does
+/// not tell capitals apart either, `.png` behind the whole name, and then numbers.
+fn file_names<'a>(images: impl Iterator<Item = &'a str>, sheets: &[String]) -> Vec<String> {
+    let mut taken: BTreeSet<String> = sheets.iter().cloned().collect();
+    images
+        .map(|image| {
+            // the last part only, for a folder's name may have a dot too
+            let leaf = image.rfind('/').map_or(0, |slash| slash + 1);
+            let stem = match image[leaf..].rfind('.') {
+                None | Some(0) => image,
+                Some(dot) => &image[..leaf + dot],
+            };
+            let numbered = (2u64..).map(|n| format!("{image}-{n}.png"));
+            [format!("{stem}.png"), format!("{image}.png")]
+                .into_iter()
+                .chain(numbered)
+                .find(|name| taken.insert(name.to_lowercase()))
+                .unwrap_or_default()
+        })
+        .collect()
+}
+
+/// A folder that appears complete or not at all: it is filled under another name beside its place.
+#[derive(Debug)]
+struct NewFolder {
+    path: PathBuf,
+    part: PathBuf,
+    made: bool,
+}
+
+impl NewFolder {
+    /// Plans a folder; nothing is written yet.
+    fn check(path: &Path) -> Result<NewFolder, CliError> {
+        let Some(leaf) = path.file_name() else {
+            return Err(CliError::Failed(format!("{}: does not name a new folder", path.display())));
+        };
+        if path.symlink_metadata().is_ok() {
+            let text = format!("{}: exists already and is never overwritten; choose another name", path.display());
+            return Err(CliError::Failed(text));
+        }
+        let mut hidden = std::ffi::OsString::from(".");
+        hidden.push(leaf);
+        hidden.push(format!(".part-{}", std::process::id()));
+        Ok(NewFolder { path: path.into(), part: path.with_file_name(hidden), made: false })
+    }
+
+    fn make(&mut self) -> Result<(), CliError> {
+        fs::create_dir(&self.part).map_err(|e| CliError::file(&self.path, "make the folder", &e))?;
+        self.made = true;
+        Ok(())
+    }
+
+    fn write(&self, name: &str, picture: &RgbImage) -> Result<(), CliError> {
+        let mut png = Cursor::new(Vec::new());
+        picture.write_to(&mut png, ImageFormat::Png)?;
+        let path = self.part.join(name);
+        path.parent()
+            .map_or(Ok(()), fs::create_dir_all)
+            .and_then(|()| fs::write(&path, png.get_ref()))
+            .map_err(|e| CliError::file(&self.path.join(name), "write the picture", &e))
+    }
+
+    fn finish(mut self) -> Result<(), CliError> {
+        let moved = match self.path.symlink_metadata() {
+            Ok(_) => Err(io::Error::new(io::ErrorKind::AlreadyExists, "something of this name has appeared")),
+            Err(_) => fs::rename(&self.part, &self.path),
+        };
+        self.made = moved.is_err();
+        moved.map_err(|e| CliError::file(&self.path, "put the folder in its place", &e))
+    }
+}
+
+impl Drop for NewFolder {
+    fn drop(&mut self) {
+        if self.made {
+            // The error that brought us here is the one to report.
+            let _ = fs::remove_dir_all(&self.part);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{GrayImage, Luma};
+    use vsonar::dataset::{Case, NamedImage};
+
+    /// Answers the lowest row at which the gradient is more than 50.
+    const PROGRAM: &str = "(individual (iterate-up 3x3 x-obstacle
+        (if-le gradient 50 read-a (prog2 (set-a y) break))))";
+
+    /// A folder with a program and a data set in it.
+    fn place(names: &[&str]) -> tempfile::TempDir {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        fs::write(dir.path().join("p.gp"), PROGRAM).expect("writable");
+        let pixels = GrayImage::from_fn(32, 24, |_, y| Luma([if y < 10 { 200 } else { 40 }]));
+        let images = names.iter().map(|&n| NamedImage { name: n.into(), pixels: pixels.clone() }).collect();
+        let cases = (0..names.len()).flat_map(|image| [8, 24].map(|x| Case { image, x, y: 9 })).collect();
+        let set = Dataset::new("data", images, cases).expect("sound");
+        set.save(dir.path().join("data")).expect("writable");
+        dir
+    }
+
+    fn args(dir: &Path) -> Args {
+        Args {
+            program: dir.join("p.gp"),
+            data: Some(dir.join("data")),
+            pattern: None,
+            out: dir.join("out"),
+            executor: Choice::Reference,
+            tolerance: TOLERANCE,
+            sheet_columns: 2,
+            scale: Some(2),
+        }
+    }
+
+    fn entries(dir: &Path) -> Vec<String> {
+        let entries = fs::read_dir(dir).expect("a folder").map(|e| e.expect("readable"));
+        let mut names: Vec<_> = entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn writes_a_picture_an_image_and_a_sheet() {
+        let dir = place(&["a.png", "sub/b.png", "c.png"]);
+        run(args(dir.path())).expect("sound input");
+        assert_eq!(entries(dir.path()), ["data", "out", "p.gp"]);
+        assert_eq!(entries(&dir.path().join("out")), ["a.png", "c.png", "contact-sheet.png", "sub"]);
+        assert_eq!(entries(&dir.path().join("out/sub")), ["b.png"]);
+        let picture = image::open(dir.path().join("out/a.png")).expect("a picture").into_rgb8();
+        assert_eq!(picture.dimensions(), (64, 48));
+        // away from the marks: an obstacle at the top of column 8, ground at its bottom
+        assert_eq!(*picture.get_pixel(17, 1), image::Rgb([0, 0, 0]));
+        assert_eq!(*picture.get_pixel(17, 46), image::Rgb([255, 255, 255]));
+    }
+
+    #[test]
+    fn a_pattern_selects() {
+        let dir = place(&["a.png", "b.png"]);
+        run(Args { pattern: Some("b*".into()), ..args(dir.path()) }).expect("sound input");
+        assert_eq!(entries(&dir.path().join("out")), ["b.png", "contact-sheet.png"]);
+    }
+
+    #[test]
+    fn errors_leave_nothing_behind() {
+        let dir = place(&["a.png"]);
+        let before = entries(dir.path());
+        let fails = |args: Args, text: &str| match run(args) {
+            Err(CliError::Failed(message)) => assert!(message.contains(text), "{message}"),
+            other => panic!("{other:?}"),
+        };
+        fails(Args { pattern: Some("z*".into()), ..args(dir.path()) }, "z*");
+        fails(Args { out: dir.path().join("data"), ..args(dir.path()) }, "exists already");
+        fails(Args { out: dir.path().join("no/out"), ..args(dir.path()) }, "cannot make the folder");
+        fails(Args { out: dir.path().join(".."), ..args(dir.path()) }, "does not name");
+        fails(Args { program: dir.path().join("no.gp"), ..args(dir.path()) }, "no.gp");
+        assert_eq!(entries(dir.path()), before);
+
+        let mut folder = NewFolder::check(&dir.path().join("out")).expect("free");
+        folder.make().expect("writable");
+        folder.write("x.png", &RgbImage::new(1, 1)).expect("writable");
+        // the name of a folder that would have to be inside a file
+        folder.write("x.png/y.png", &RgbImage::new(1, 1)).expect_err("in the way");
+        drop(folder);
+        assert_eq!(entries(dir.path()), before);
+        // somebody else takes the name in the meantime
+        let mut folder = NewFolder::check(&dir.path().join("out")).expect("free");
+        folder.make().expect("writable");
+        fs::write(dir.path().join("out"), "theirs").expect("writable");
+        folder.finish().expect_err("in the way");
+        assert_eq!(fs::read(dir.path().join("out")).expect("still there"), b"theirs");
+        assert_eq!(entries(dir.path()), ["data", "out", "p.gp"]);
+    }
+
+    #[test]
+    fn no_two_files_have_one_name() {
+        let names = |images: &[&str]| file_names(images.iter().copied(), &sheet_names(1));
+        assert_eq!(names(&["a.jpg", "d.x/b.pgm", "c", ".d"]), ["a.png", "d.x/b.png", "c.png", ".d.png"]);
+        assert_eq!(names(&["a.png", "a.jpg", "A.bmp"]), ["a.png", "a.jpg.png", "A.bmp.png"]);
+        assert_eq!(names(&["a.png", "b.png", "a.jpg.png", "a.jpg"]), ["a.png", "b.png", "a.jpg.png", "a.jpg-2.png"]);
+        assert_eq!(names(&["contact-sheet.png"]), ["contact-sheet.png.png"]);
+    }
+
+    #[test]
+    fn many_images_take_several_sheets() {
+        assert_eq!(sheet_names(SHEET_TILES), ["contact-sheet.png"]);
+        assert_eq!(sheet_names(SHEET_TILES + 1), ["contact-sheet.png", "contact-sheet-2.png"]);
+    }
+}

@@ -1,0 +1,202 @@
+//! Reading `labels.csv`: rows as they stand, with their lines, not yet held against the images.
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path};
+
+use super::fault::{Fault, FaultKind, Place};
+
+/// One row, its numbers not yet held against an image.
+pub(super) struct Row {
+    pub(super) at: Place,
+    /// Index in the list of images.
+    pub(super) image: usize,
+    pub(super) x: Option<i128>,
+    pub(super) y: Option<i128>,
+}
+
+/// The distinct images of the table with the place of their first row, the rows that name a confined image,
+/// and the number of all rows.
+pub(super) fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<(Place, String)>, Vec<Row>, usize) {
+    let nothing = (Vec::new(), Vec::new(), 0);
+    if !path.is_file() {
+        faults.push(Fault { at: Place::Set, kind: FaultKind::NoTable(path.into()) });
+        return nothing;
+    }
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(e) => {
+            faults.push(Fault { at: Place::Set, kind: FaultKind::Table(e.to_string()) });
+            return nothing;
+        }
+    };
+    // The header is read as a row of its own, for its line is needed too.
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(bytes.as_slice());
+    let mut lines = Lines { bytes: &bytes, counted: 0, line: 1 };
+    let mut record = csv::ByteRecord::new();
+    let mut header: Option<Header> = None;
+    let mut images: Vec<(Place, String)> = Vec::new();
+    let mut index: BTreeMap<String, usize> = BTreeMap::new();
+    let (mut rows, mut count) = (Vec::new(), 0);
+    loop {
+        match reader.read_byte_record(&mut record) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(e) => {
+                faults.push(Fault { at: Place::Set, kind: FaultKind::Table(e.to_string()) });
+                break;
+            }
+        }
+        let at = Place::Line(lines.of(record.position().map_or(0, csv::Position::byte)));
+        let Some(header) = &header else {
+            match Header::read(&record) {
+                Ok(read) => header = Some(read),
+                Err(kind) => {
+                    faults.push(Fault { at, kind });
+                    return nothing;
+                }
+            }
+            continue;
+        };
+        count += 1;
+        let fields = match header.fields(&record) {
+            Ok(fields) => fields,
+            Err(kind) => {
+                faults.push(Fault { at, kind });
+                continue;
+            }
+        };
+        let [name, x, y] = fields;
+        let mut number = |column, text: &str| {
+            let value = text.parse::<i128>().ok();
+            if value.is_none() {
+                faults.push(Fault { at, kind: FaultKind::Number { column, text: text.into() } });
+            }
+            value
+        };
+        let (x, y) = (number('x', x), number('y', y));
+        if !is_confined(name) {
+            faults.push(Fault { at, kind: FaultKind::Name(name.into()) });
+            continue;
+        }
+        let image = *index.entry(name.into()).or_insert_with(|| {
+            images.push((at, name.into()));
+            images.len() - 1
+        });
+        rows.push(Row { at, image, x, y });
+    }
+    if count == 0 {
+        faults.push(Fault { at: Place::Set, kind: FaultKind::Empty });
+    }
+    (images, rows, count)
+}
+
+/// Counts lines. The reader's own count stops before blank lines, which it skips.
+struct Lines<'b> {
+    bytes: &'b [u8],
+    counted: usize,
+    line: u64,
+}
+
+impl Lines<'_> {
+    /// The line of the record that the reader found at this byte or after the line ends there.
+    fn of(&mut self, byte: u64) -> u64 {
+        let byte = self.bytes.len().min(byte as usize);
+        let skipped = self.bytes[byte..].iter().take_while(|&&b| b == b'\r' || b == b'\n').count();
+        while self.counted < byte + skipped {
+            let rest = &self.bytes[self.counted..];
+            // a carriage return alone ends a line, too
+            let ends = rest[0] == b'\n' || (rest[0] == b'\r' && rest.get(1) != Some(&b'\n'));
+            self.line += u64::from(ends);
+            self.counted += 1;
+        }
+        self.line
+    }
+}
+
+/// Where the three columns stand.
+struct Header {
+    columns: [usize; 3],
+    fields: usize,
+}
+
+impl Header {
+    fn read(record: &csv::ByteRecord) -> Result<Header, FaultKind> {
+        let names: Vec<_> = record.iter().map(String::from_utf8_lossy).collect();
+        let column = |wanted: &str| {
+            let mut places = names.iter().enumerate().filter(|(_, n)| n.as_ref() == wanted).map(|(i, _)| i);
+            let place = places.next().ok_or(format!("without `{wanted}`"))?;
+            if places.next().is_some() { Err(format!("with `{wanted}` twice")) } else { Ok(place) }
+        };
+        let fault = |problem| FaultKind::Header { found: names.join(","), problem };
+        let mut columns = [0; 3];
+        for (place, wanted) in columns.iter_mut().zip(["image", "x", "y"]) {
+            *place = column(wanted).map_err(fault)?;
+        }
+        Ok(Header { columns, fields: record.len() })
+    }
+
+    fn fields<'r>(&self, record: &'r csv::ByteRecord) -> Result<[&'r str; 3], FaultKind> {
+        if record.len() != self.fields {
+            let (found, expected) = (record.len(), self.fields);
+            return Err(FaultKind::Row(format!("{found} fields, the header has {expected}")));
+        }
+        let mut fields = [""; 3];
+        for (field, &column) in fields.iter_mut().zip(&self.columns) {
+            *field = std::str::from_utf8(&record[column])
+                .map_err(|_| FaultKind::Row(format!("field {} is not UTF-8", column + 1)))?;
+        }
+        Ok(fields)
+    }
+}
+
+/// A plain relative path: nothing that leads out of the folder on any platform, no second spelling of the
+/// same file, nothing the table would not give back.
+pub(super) fn is_confined(name: &str) -> bool {
+    let parts: Option<Vec<&str>> = Path::new(name)
+        .components()
+        .map(|part| match part {
+            Component::Normal(part) => part.to_str(),
+            _ => None,
+        })
+        .collect();
+    let drive = name.as_bytes().get(1) == Some(&b':');
+    !name.is_empty()
+        && !drive
+        && name.trim() == name
+        && !name.contains(['\\', '\0'])
+        && parts.is_some_and(|p| p.join("/") == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_confined() {
+        for good in ["a.png", "run 1/a.png", "..a.png", "ä.png", "a,b.png"] {
+            assert!(is_confined(good), "{good}");
+        }
+        for bad in [
+            "",
+            "/etc/passwd",
+            "../a.png",
+            "a/../b.png",
+            "./a.png",
+            "a/./b.png",
+            "a//b.png",
+            "a/",
+            "..",
+            " a.png",
+            "C:a.png",
+            "C:/a.png",
+            "a\\b.png",
+            "a\0.png",
+        ] {
+            assert!(!is_confined(bad), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! What people see of a detector: pictures of its answers.
+//!
+//! A picture shows one image as the paper's Figures 1 and 2 do: in each column a white bar over what the
+//! detector takes for ground and a black one over what it takes for an obstacle, and a cross at the ideal answer
+//! ([`draw`] tells the rules); a contact sheet shows many of them, with captions. Both are plain images in
+//! memory; whoever asked for them writes them.
+//!
+//! ```
+//! use image::{GrayImage, Luma, Rgb};
+//! use vsonar::report::{Column, Style, Tile, contact_sheet, draw};
+//!
+//! // a gray wall above a dark floor
+//! let image = GrayImage::from_fn(64, 48, |_, y| Luma([if y < 20 { 180 } else { 60 }]));
+//! let columns = [Column { x: 16, label: 19, answer: 21.5 }, Column { x: 48, label: 19, answer: 40.0 }];
+//! let style = Style { scale: 2, ..Style::default() };
+//! let picture = draw(&image, &columns, &style);
+//! assert_eq!(picture.dimensions(), (128, 96));
+//! assert_eq!(*picture.get_pixel(2 * 16, 2 * 5), Rgb([0, 0, 0])); // obstacle, says the detector
+//! assert_eq!(*picture.get_pixel(2 * 16, 2 * 45), Rgb([255, 255, 255])); // ground, says the detector
+//!
+//! let correct = columns.iter().filter(|c| c.is_correct(style.tolerance)).count();
+//! let tile = Tile::new(&picture, "frame_1.png", correct, columns.len());
+//! let sheet = contact_sheet(&[tile], 4, "one picture");
+//! assert!(sheet.width() > 128);
+//! ```
+
+mod canvas;
+mod font;
+mod picture;
+mod sheet;
+
+pub use picture::{Column, MAX_SCALE, Style, draw, fitting_scale};
+pub use sheet::{LEGEND, Tile, contact_sheet};

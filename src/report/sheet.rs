@@ -1,0 +1,167 @@
+//! Many pictures on one sheet, each with a caption.
+
+use image::imageops::{overlay, thumbnail};
+use image::{Rgb, RgbImage};
+
+use super::canvas::{Area, Canvas, Colour, WHITE};
+use super::font;
+use super::picture::{RIGHT, WRONG};
+
+/// What the marks of a picture mean, in a sentence for a sheet's heading.
+pub const LEGEND: &str = "White bar: taken for ground. Black bar: taken for an obstacle. Cross: ideal answer. \
+     Square: the answer. Ring: the answer is wrong. Arrow head: it is outside the image. ?: it is not a number.";
+
+/// The longest side of a tile in pixels; larger pictures are reduced to it.
+const SIDE: u32 = 320;
+
+/// Between tiles, and around all of them, in pixels.
+const MARGIN: u32 = 10;
+
+/// The narrowest place for a tile and its caption, in pixels.
+const NARROWEST: u32 = 96;
+
+/// Between a picture and its caption, and between lines of text, in pixels of the font.
+const LEADING: u32 = 3;
+
+const PAPER: Colour = Rgb([36, 36, 40]);
+
+/// A picture on a contact sheet, with what its caption says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tile {
+    picture: RgbImage,
+    name: String,
+    correct: usize,
+    total: usize,
+}
+
+impl Tile {
+    /// A tile of a picture, reduced to at most 320 pixels each way with its proportions kept, and the share of
+    /// its answers that is correct.
+    pub fn new(picture: &RgbImage, name: impl Into<String>, correct: usize, total: usize) -> Tile {
+        let (width, height) = picture.dimensions();
+        let longest = width.max(height);
+        let picture = if longest > SIDE {
+            let part = |side: u32| {
+                let scaled =
+                    (u64::from(side) * u64::from(SIDE) + u64::from(longest) / 2) / u64::from(longest);
+                // at most SIDE, since no side is longer than the longest
+                (scaled as u32).max(1)
+            };
+            thumbnail(picture, part(width), part(height))
+        } else {
+            picture.clone()
+        };
+        Tile { picture, name: name.into(), correct, total }
+    }
+}
+
+/// The tiles in rows of `columns` (at least one), in their order, below a heading; each has its name and
+/// `correct/total` below it. A name too long for its place loses its middle, and a character that is not
+/// printable ASCII is drawn as a box.
+pub fn contact_sheet(tiles: &[Tile], columns: usize, heading: &str) -> RgbImage {
+    let columns = columns.clamp(1, tiles.len().max(1));
+    let widest = tiles.iter().map(|t| t.picture.width()).max().unwrap_or(0);
+    let highest = tiles.iter().map(|t| t.picture.height()).max().unwrap_or(0);
+    let cell = widest.max(NARROWEST);
+    let text = Text { scale: if cell >= 160 { 2 } else { 1 }, width: cell };
+    let columns_u32 = columns as u32;
+    let inner = columns_u32 * (cell + MARGIN) - MARGIN;
+    let lines = wrap(heading, Text { width: inner, ..text }.fitting());
+    let heading_height = lines.len() as u32 * text.line() + if lines.is_empty() { 0 } else { MARGIN };
+    let row = highest + text.line() + MARGIN;
+    let height = MARGIN + heading_height + tiles.len().div_ceil(columns) as u32 * row;
+    let mut sheet = Canvas(RgbImage::from_pixel(inner + 2 * MARGIN, height, PAPER));
+    for (i, line) in lines.iter().enumerate() {
+        text.write(&mut sheet, MARGIN, MARGIN + i as u32 * text.line(), line, WHITE);
+    }
+    for (i, tile) in tiles.iter().enumerate() {
+        let left = MARGIN + (i % columns) as u32 * (cell + MARGIN);
+        let top = MARGIN + heading_height + (i / columns) as u32 * row;
+        overlay(&mut sheet.0, &tile.picture, i64::from(left), i64::from(top));
+        let score = format!("{}/{}", tile.correct, tile.total);
+        let score_width = font::width(score.chars().count()) * text.scale;
+        let place = text.fitting().saturating_sub(score.chars().count() + 1);
+        let below = top + highest + LEADING * text.scale;
+        text.write(&mut sheet, left, below, &shorten(&tile.name, place), WHITE);
+        let colour = if tile.correct == tile.total { RIGHT } else { WRONG };
+        text.write(&mut sheet, left + cell.saturating_sub(score_width), below, &score, colour);
+        if tile.correct < tile.total {
+            // not by colour alone
+            let y = i64::from(below + (font::HEIGHT - 1) * text.scale);
+            let right = i64::from(left + cell);
+            let line = Area {
+                left: right - i64::from(score_width),
+                top: y,
+                right,
+                bottom: y + i64::from(text.scale),
+            };
+            sheet.fill(line, colour);
+        }
+    }
+    sheet.0
+}
+
+/// Text of one size in a place of one width.
+#[derive(Clone, Copy)]
+struct Text {
+    scale: u32,
+    width: u32,
+}
+
+impl Text {
+    /// From one line to the next, in pixels.
+    fn line(self) -> u32 {
+        (font::HEIGHT + LEADING) * self.scale
+    }
+
+    fn fitting(self) -> usize {
+        font::fitting(self.width / self.scale)
+    }
+
+    fn write(self, sheet: &mut Canvas, x: u32, y: u32, text: &str, colour: Colour) {
+        sheet.text((i64::from(x), i64::from(y)), i64::from(self.scale), 0, text, colour);
+    }
+}
+
+/// A name of at most `most` characters: what is too long loses its middle, for names of frames differ at the
+/// end and belong together at the beginning.
+fn shorten(name: &str, most: usize) -> String {
+    let characters: Vec<char> = name.chars().collect();
+    if characters.len() <= most {
+        return name.into();
+    }
+    let kept = most.saturating_sub(2);
+    let (head, tail) = (kept / 2, kept - kept / 2);
+    let dots = "..".chars().take(most);
+    characters[..head]
+        .iter()
+        .copied()
+        .chain(dots)
+        .chain(characters[characters.len() - tail..].iter().copied())
+        .collect()
+}
+
+/// The text in lines of at most `most` characters (at least one), broken at spaces, or in a word that is
+/// longer than a line.
+fn wrap(text: &str, most: usize) -> Vec<String> {
+    let most = most.max(1);
+    let mut lines: Vec<String> = Vec::new();
+    let mut length = 0;
+    for word in text.split_whitespace() {
+        let characters: Vec<char> = word.chars().collect();
+        for (i, piece) in characters.chunks(most).enumerate() {
+            match lines.last_mut() {
+                Some(line) if i == 0 && length + 1 + piece.len() <= most => {
+                    line.push(' ');
+                    line.extend(piece);
+                    length += 1 + piece.len();
+                }
+                _ => {
+                    lines.push(piece.iter().collect());
+                    length = piece.len();
+                }
+            }
+        }
+    }
+    lines
+}
