@@ -37,7 +37,10 @@ enum Command {
         json: bool,
     },
     /// Write a synthetic corridor, as a robot's camera sees it, as a data folder
-    #[command(after_help = "Example:\n  vsonar data synth corridor && vsonar evolve --data corridor")]
+    #[command(
+        allow_negative_numbers = true,
+        after_help = "Example:\n  vsonar data synth corridor && vsonar evolve --data corridor"
+    )]
     Synth {
         /// The new folder; one that exists is left alone
         dir: PathBuf,

@@ -10,7 +10,7 @@ use vsonar::evolve::{Evolution, RunFolder, Settings, StopReason};
 
 use super::executor::Choice;
 use super::output::{self, count, grouped, shell_word};
-use super::settings::{SettingsArgs, generations_help};
+use super::settings::SettingsArgs;
 use super::source::{Cases, DataArgs, Source};
 use super::summary::Report;
 use super::view::{Style, View};
@@ -38,14 +38,12 @@ settings and seed: threads, executor and interruptions change nothing but the ti
 
 /// Evolve a detector on labelled images
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub(crate) struct Args {
     #[command(flatten)]
     data: DataArgs,
     #[command(flatten)]
     settings: SettingsArgs,
-    #[arg(long, value_name = "N", help = generations_help(), help_heading = "Settings")]
-    generations: Option<u32>,
     /// The run folder to make [default: runs/NAME-seed-N with the next free number]
     #[arg(long, value_name = "RUN", help_heading = "Run")]
     out: Option<PathBuf>,
@@ -110,7 +108,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 /// A new run. What can be wrong is found before the run folder is made.
 fn fresh(args: &Args) -> Result<Prepared, CliError> {
     let source = args.data.source()?;
-    let settings = args.settings.settings(source.is_synthetic(), args.generations)?;
+    let settings = args.settings.settings(source.is_synthetic())?;
     let executor = args.executor.make()?;
     if let Some(out) = &args.out
         && out.symlink_metadata().is_ok()
@@ -125,14 +123,18 @@ fn fresh(args: &Args) -> Result<Prepared, CliError> {
         None => RunFolder::create_numbered(Path::new(RUNS), &source.name(), &settings, &table)?,
     };
     let path = folder.path().to_path_buf();
-    let evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads)?;
+    let evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads);
+    let evolution = evolution.inspect_err(|_| {
+        // Nothing was evolved, and the folder was made a moment ago: it is not left behind.
+        let _ = std::fs::remove_dir_all(&path);
+    })?;
     Ok(Prepared { evolution, cases, source, folder: path })
 }
 
 /// A run that goes on.
 fn resume(args: &Args, path: &Path) -> Result<Prepared, CliError> {
     let (folder, mut settings) = RunFolder::open(path)?;
-    if let Some(generations) = args.generations {
+    if let Some(generations) = args.settings.generations {
         settings = more(settings, generations)?;
     }
     let source = Source::from_table(folder.data(), path)?;

@@ -69,6 +69,13 @@ pub(crate) fn shell_word(path: &Path) -> String {
     if safe { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
+/// The path as it is shortest to type: from the current folder on, if it is in it.
+pub(crate) fn from_here(path: &Path) -> PathBuf {
+    let here = std::env::current_dir().ok();
+    let below = here.and_then(|here| path.strip_prefix(here).ok().map(Path::to_path_buf));
+    below.filter(|below| !below.as_os_str().is_empty()).unwrap_or_else(|| path.to_path_buf())
+}
+
 /// A share as a percentage with one decimal.
 pub(crate) fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)

@@ -64,8 +64,7 @@ fn tolerance_help() -> String {
     )
 }
 
-/// How many generations; the one setting that a resumed run accepts.
-pub(crate) fn generations_help() -> String {
+fn generations_help() -> String {
     let default = default_of(|s| s.generations, Some(SMALL_GENERATIONS));
     format!("Generations, the initial one included; with --resume the new total {default}")
 }
@@ -84,9 +83,11 @@ pub(crate) struct SettingsArgs {
     seed: Option<u64>,
     #[arg(long, value_name = "N", help = population_help())]
     population: Option<u32>,
+    #[arg(long, value_name = "N", help = generations_help())]
+    pub(crate) generations: Option<u32>,
     #[arg(long, value_name = "N", help = trees_help())]
     trees: Option<u32>,
-    #[arg(long, value_name = "ROWS", help = tolerance_help(), allow_negative_numbers = true)]
+    #[arg(long, value_name = "ROWS", help = tolerance_help())]
     tolerance: Option<f64>,
     /// Leave node types out (-raw), put them back (+raw) or give them a weight (if-le=2); repeatable
     ///
@@ -104,7 +105,7 @@ pub(crate) struct SettingsArgs {
 impl SettingsArgs {
     /// The settings: those of the preset, over them the file's, `--set` in order, and the flags. A run on the
     /// built-in corridor (`small`) starts from a smaller population and fewer generations.
-    pub(crate) fn settings(&self, small: bool, generations: Option<u32>) -> Result<Settings, CliError> {
+    pub(crate) fn settings(&self, small: bool) -> Result<Settings, CliError> {
         let mut settings = Settings::preset(self.preset.unwrap_or(PresetName::Default).into());
         if small {
             (settings.population, settings.generations) = (SMALL_POPULATION, SMALL_GENERATIONS);
@@ -129,7 +130,7 @@ impl SettingsArgs {
         }
         replace(&mut settings.seed, self.seed);
         replace(&mut settings.population, self.population);
-        replace(&mut settings.generations, generations);
+        replace(&mut settings.generations, self.generations);
         replace(&mut settings.trees, self.trees);
         replace(&mut settings.tolerance, self.tolerance);
         settings.validate().map_err(|e| CliError::Usage(e.to_string()))?;
@@ -188,7 +189,7 @@ mod tests {
     use super::*;
 
     fn settings(args: SettingsArgs) -> Result<Settings, String> {
-        args.settings(false, None).map_err(|error| match error {
+        args.settings(false).map_err(|error| match error {
             CliError::Usage(text) | CliError::Failed(text) => text,
             other => format!("{other:?}"),
         })
@@ -200,6 +201,7 @@ mod tests {
             settings: None,
             seed: None,
             population: None,
+            generations: None,
             trees: None,
             tolerance: None,
             nodes: Vec::new(),

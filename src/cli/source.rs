@@ -7,6 +7,7 @@ use vsonar::dataset::Dataset;
 use vsonar::world::{Corridor, FRAMES};
 
 use super::CliError;
+use super::output::from_here;
 
 /// The building of the built-in corridor that is trained on.
 pub(crate) const BUILDING: u64 = 1;
@@ -155,9 +156,9 @@ impl Source {
         match self {
             Source::Synthetic(_) => "the built-in corridor, another building held out".to_string(),
             Source::Folder(f) => {
-                let mut text = f.train.display().to_string();
+                let mut text = from_here(&f.train).display().to_string();
                 f.train_match.iter().for_each(|glob| text += &format!(", images {glob}"));
-                f.holdout.iter().for_each(|dir| text += &format!("; held out {}", dir.display()));
+                f.holdout.iter().for_each(|dir| text += &format!("; held out {}", from_here(dir).display()));
                 f.holdout_match.iter().for_each(|glob| text += &format!("; held out {glob}"));
                 text
             }

@@ -8,7 +8,7 @@ use vsonar::dataset::{Constants, Dataset};
 use vsonar::evolve::{Evolution, Preset, Score, Settings};
 
 use super::CliError;
-use super::output::{count, duration, percent, shell_word};
+use super::output::{count, duration, from_here, percent, shell_word};
 use super::source::{Cases, Source};
 use super::table::Table;
 
@@ -100,8 +100,8 @@ impl Report {
             },
             small: source.is_synthetic()
                 && (settings.population < full.population || settings.generations < full.generations),
-            data: source.train_folder().map(Path::to_path_buf),
-            other: source.holdout_folder().map(Path::to_path_buf),
+            data: source.train_folder().map(from_here),
+            other: source.holdout_folder().map(from_here),
         }))
     }
 

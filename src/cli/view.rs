@@ -114,7 +114,7 @@ fn line(record: &Record, total: u32, left: Option<f64>) -> String {
     let rate = record.evaluations as f64 / record.timing.wall.max(1e-9);
     let left = left.map_or(String::new(), |s| format!(", {} left", duration(s)));
     format!(
-        "generation {:>width$} of 0 to {}: {}, {} programs/s{left}",
+        "generation {:>width$}/{}: {}, {} programs/s{left}",
         record.generation,
         total.saturating_sub(1),
         fitness(record),
@@ -195,7 +195,7 @@ fn draw(shared: &Shared, progress: &Progress, total: u32) {
         let share = progress.filled() as f64 / progress.slots().max(1) as f64;
         let position = f64::from(generation) + share.clamp(0.0, 1.0);
         bar.set_position((position * STEPS as f64) as u64);
-        bar.set_prefix(format!("generation {generation} of 0 to {}", total.saturating_sub(1)));
+        bar.set_prefix(format!("generation {generation}/{}", total.saturating_sub(1)));
         bar.set_message(message(&shared.get(), rate, now));
         std::thread::park_timeout(TICK);
     }

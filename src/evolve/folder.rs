@@ -16,6 +16,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::Deserialize;
 
@@ -80,20 +81,21 @@ impl RunFolder {
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).naming(parent, "make the folder")?;
         }
-        match fs::create_dir(path) {
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                return Err(FolderError::Exists(path.to_path_buf()));
-            }
-            made => made.naming(path, "make the run folder")?,
+        if path.symlink_metadata().is_ok() {
+            return Err(FolderError::Exists(path.to_path_buf()));
         }
-        let filled = RunFolder::lock(path, data.clone(), settings).and_then(|folder| {
+        // Filled under another name first, so that a run folder has its settings from its first moment on.
+        let hidden = create_hidden(path)?;
+        let filled = RunFolder::lock(&hidden, data.clone(), settings).and_then(|mut folder| {
             folder.write_settings(settings)?;
+            put_in_place(&hidden, path)?;
+            folder.path = path.to_path_buf();
             durable::sync_folder_of(path)?;
             Ok(folder)
         });
         if filled.is_err() {
             // Made a moment ago, by us: nothing of anyone else's is in it.
-            let _ = fs::remove_dir_all(path);
+            let _ = fs::remove_dir_all(&hidden);
         }
         filled
     }
@@ -238,6 +240,36 @@ impl RunFolder {
         let lines = state.hall_of_fame.lines(cases as u32);
         let hall: String = lines.iter().map(|entry| line(entry) + "\n").collect();
         replace_if_new(&self.file("hall_of_fame.jsonl"), &hall)
+    }
+}
+
+/// Makes a folder beside `path` that nobody else has.
+fn create_hidden(path: &Path) -> Result<PathBuf, FolderError> {
+    static NUMBER: AtomicU64 = AtomicU64::new(0);
+    let leaf = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    loop {
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let hidden = path.with_file_name(format!(".{leaf}.{}-{number}.new", std::process::id()));
+        match fs::create_dir(&hidden) {
+            // Left behind by a process of the same number that was killed.
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            made => {
+                made.naming(path, "make the run folder")?;
+                return Ok(hidden);
+            }
+        }
+    }
+}
+
+/// Gives a filled folder its name, unless another process was faster.
+fn put_in_place(hidden: &Path, path: &Path) -> Result<(), FolderError> {
+    match fs::rename(hidden, path) {
+        Err(error)
+            if matches!(error.kind(), io::ErrorKind::AlreadyExists | io::ErrorKind::DirectoryNotEmpty) =>
+        {
+            Err(FolderError::Exists(path.to_path_buf()))
+        }
+        renamed => Ok(renamed.naming(path, "make the run folder")?),
     }
 }
 

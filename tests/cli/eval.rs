@@ -1,0 +1,118 @@
+//! `vsonar eval`: the verdicts by hand, the answers as CSV.
+
+use serde_json::Value;
+use vsonar::dataset::Dataset;
+use vsonar::tree::Individual;
+
+use crate::common::*;
+
+const EXECUTORS: [&str; 4] = ["tree", "reference", "cranelift-scalar", "cranelift"];
+
+fn eval(place: &Place, program: &str, more: &[&str]) -> Value {
+    let body = format!("(individual (iterate-up 3x3 x-obstacle {program}))");
+    place.write("p.gp", body);
+    let text = place.ok(&[&["eval", "p.gp", "--data", "data", "--json"], more].concat());
+    serde_json::from_str(&text).expect("one JSON value")
+}
+
+/// The rows below the header of the answers.
+fn rows(text: &str) -> Vec<Vec<&str>> {
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("image,x,label,answer"));
+    lines.map(|line| line.split(',').collect()).collect()
+}
+
+#[test]
+fn verdicts_are_those_by_hand() {
+    let place = Place::new();
+    let labels = dataset(6, 0).labels();
+    for tolerance in [0.0, 2.5, 10.0] {
+        let limit = tolerance.to_string();
+        let report = eval(&place, "(set-a 20)", &["--tolerance", &limit]);
+        let count = |holds: &dyn Fn(f64) -> bool| labels.iter().filter(|&&l| holds(f64::from(l))).count();
+        assert_eq!(report["cases"], labels.len());
+        assert_eq!(report["correct"], count(&|l| (20.0 - l).abs() <= tolerance));
+        assert_eq!(report["too_near"], count(&|l| 20.0 - l > tolerance), "lower in the image than the label");
+        assert_eq!(report["too_far"], count(&|l| l - 20.0 > tolerance));
+        assert_eq!(report["not_finite"], 0);
+        let fitness = report["correct"].as_f64().expect("a number") / labels.len() as f64;
+        assert_eq!(report["fitness"], fitness);
+        for parts in ["columns", "images"] {
+            for field in ["cases", "correct", "too_near", "too_far"] {
+                let sum: u64 = report[parts]
+                    .as_array()
+                    .expect("a list")
+                    .iter()
+                    .map(|p| p[field].as_u64().expect("a count"))
+                    .sum();
+                assert_eq!(report[field], sum, "{parts}, {field}");
+            }
+        }
+        assert_eq!(report["columns"].as_array().map(Vec::len), Some(4));
+        assert_eq!(report["images"].as_array().map(Vec::len), Some(6));
+        assert!(report["constant"]["correct"].as_u64() >= report["correct"].as_u64());
+        assert!(report["constant"]["per_column_correct"].as_u64() >= report["constant"]["correct"].as_u64());
+    }
+}
+
+#[test]
+fn answers_that_are_no_number_are_wrong_and_counted_apart() {
+    let place = Place::new();
+    for (program, word) in [
+        ("(set-a (square 1e38))", "inf"),
+        ("(set-a (* -1 (square 1e38)))", "-inf"),
+        ("(set-a (- (square 1e38) (square 1e38)))", "NaN"),
+    ] {
+        for executor in EXECUTORS {
+            let report = eval(&place, program, &["--executor", executor, "--answers", "a.csv"]);
+            assert_eq!((&report["correct"], &report["not_finite"]), (&Value::from(0), &Value::from(24)));
+            let text = place.read("a.csv");
+            assert!(rows(&text).iter().all(|row| row[3] == word), "{executor}: {text}");
+        }
+    }
+}
+
+#[test]
+fn answers_are_exact_and_in_the_order_of_the_table() {
+    let place = Place::new();
+    let program = "(set-a (% (+ (* gradient-sq 1e6) (sin (+ x-obstacle y))) (- raw 90)))";
+    let mut first = None;
+    for executor in EXECUTORS {
+        eval(&place, program, &["--executor", executor, "--answers", "a.csv"]);
+        let text = place.read("a.csv");
+        assert_eq!(first.get_or_insert(text.clone()), &text, "{executor}");
+        assert_eq!(
+            text,
+            place.ok(&["eval", "p.gp", "--data", "data", "--answers", "-", "--executor", executor])
+        );
+    }
+    let text = first.expect("four executors");
+    let set = Dataset::load(place.path("data")).expect("sound");
+    let individual = Individual::load(place.path("p.gp")).expect("sound");
+    let labels: Vec<String> = place.read("data/labels.csv").lines().skip(1).map(str::to_string).collect();
+    let rows = rows(&text);
+    assert_eq!(rows.len(), labels.len());
+    let cases = set.case_set();
+    for (i, (row, label)) in rows.iter().zip(&labels).enumerate() {
+        assert_eq!(row[..3].join(","), *label);
+        let program = vsonar::lower::lower(&individual, set.width(), set.height());
+        let exact = vsonar::ir::reference::answer(&program, cases.image(i), set.cases()[i].x as f32);
+        let answer: f32 = row[3].parse().expect("a number");
+        assert_eq!(answer.to_bits(), exact.to_bits(), "{row:?}");
+        assert!(row[3].len() <= format!("{exact:e}").len().max(format!("{exact}").len()));
+    }
+}
+
+#[test]
+fn a_part_of_the_images_and_a_table_for_people() {
+    let place = Place::new();
+    let report = eval(&place, "(set-a 20)", &["--match", "drive_a*"]);
+    assert_eq!((&report["cases"], report["images"].as_array().map(Vec::len)), (&Value::from(12), Some(3)));
+    let text = place.ok(&["eval", "p.gp", "--data", "data"]);
+    assert!(plain(&text) && text.contains("best constant per column") && text.contains("too near"), "{text}");
+    assert!(text.contains("drive_a_4.png"), "{text}");
+    // An existing file of answers is replaced as a whole.
+    place.write("a.csv", "old\n".repeat(10_000));
+    place.ok(&["eval", "p.gp", "--data", "data", "--answers", "a.csv"]);
+    assert_eq!(place.read("a.csv").lines().count(), 25);
+}

@@ -1,0 +1,172 @@
+//! The main job: a run from the flags to the run folder and the summary.
+
+use std::io::Read;
+use std::process::Stdio;
+
+use serde_json::Value;
+
+use crate::common::*;
+
+#[test]
+fn a_run_prints_lines_and_a_summary() {
+    let place = Place::new();
+    let text = place.ok(&tiny(&["--train-match", "drive_a*", "--holdout-match", "drive_b*"]));
+    assert!(plain(&text), "control characters in {text:?}");
+    assert_eq!(text.lines().filter(|l| l.starts_with("generation ")).count(), 4, "{text}");
+    for part in ["best ", "mean ", "programs/s", "training", "held out", "best constant per column", "Next:"]
+    {
+        assert!(text.contains(part), "no {part:?} in {text}");
+    }
+    for command in ["vsonar eval", "vsonar show", "vsonar ir"] {
+        assert!(text.contains(&format!("{command} runs/data-seed-1/best.gp")), "{text}");
+    }
+    // The commands to copy do what they say.
+    let eval = text.lines().find(|l| l.contains("vsonar eval")).expect("just seen");
+    let words: Vec<&str> = eval.split('#').next().unwrap_or("").split_whitespace().skip(1).collect();
+    assert!(place.ok(&words).contains("best constant"));
+    for file in ["settings.toml", "log.jsonl", "best.gp", "hall_of_fame.jsonl", "checkpoint"] {
+        assert!(place.path("runs/data-seed-1").join(file).is_file(), "{file}");
+    }
+}
+
+#[test]
+fn a_summary_as_json_is_one_object() {
+    let place = Place::new();
+    let output =
+        place.command(&tiny(&["--json", "--holdout", "data", "--out", "x"])).output().expect("started");
+    assert!(output.status.success());
+    let lines = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(lines.lines().count(), 4, "a line a generation, aside: {lines}");
+    let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
+    assert_eq!(summary["complete"], true);
+    assert_eq!(summary["generations"], 4);
+    assert_eq!(summary["best"]["file"], "x/best.gp");
+    assert_eq!(summary["train"]["cases"], 24);
+    assert_eq!(summary["train"]["fitness"], summary["holdout"]["fitness"]);
+    assert!(summary["train"]["constant_per_column"].as_f64() >= summary["train"]["constant"].as_f64());
+    let log = recorded(&place.path("x")).log;
+    assert_eq!(log.last().expect("four lines")["best_fitness_so_far"], summary["train"]["fitness"]);
+    // Quiet: nothing but the object.
+    let output = place.command(&tiny(&["--json", "--quiet", "--out", "y"])).output().expect("started");
+    assert!(output.status.success() && output.stderr.is_empty());
+    serde_json::from_slice::<Value>(&output.stdout).expect("JSON alone");
+}
+
+#[test]
+fn quiet_prints_only_the_summary() {
+    let place = Place::new();
+    let text = place.ok(&tiny(&["-q"]));
+    assert!(
+        !text.contains("generation 0") && !text.contains("Training on") && text.contains("Next:"),
+        "{text}"
+    );
+}
+
+#[test]
+fn threads_and_executors_change_nothing() {
+    let place = Place::new();
+    let mut expected = None;
+    for executor in ["cranelift", "cranelift-scalar", "reference", "tree"] {
+        for threads in ["1", "2"] {
+            let out = format!("{executor}-{threads}");
+            place.ok(&tiny(&["--executor", executor, "--threads", threads, "--out", &out]));
+            let found = recorded(&place.path(&out));
+            assert_eq!(found.log.len(), 4);
+            assert_eq!(expected.get_or_insert(recorded(&place.path(&out))), &found, "{out}");
+        }
+    }
+}
+
+#[test]
+fn runs_are_numbered_and_named() {
+    let place = Place::new();
+    for _ in 0..2 {
+        place.ok(&tiny(&["--quiet", "--generations", "1", "--seed", "7"]));
+    }
+    let (one, two) = (place.path("runs/data-seed-7"), place.path("runs/data-seed-7-2"));
+    assert_eq!(recorded(&one), recorded(&two), "the same seed gives the same run");
+    place.ok(&tiny(&["--quiet", "--generations", "1", "--seed", "8"]));
+    assert!(recorded(&one) != recorded(&place.path("runs/data-seed-8")));
+}
+
+#[test]
+fn a_resumed_run_equals_one_that_was_not_interrupted() {
+    let place = Place::new();
+    place.ok(&tiny(&["--out", "whole", "--generations", "5"]));
+    place.ok(&tiny(&["--out", "parts", "--generations", "2", "--executor", "tree"]));
+    // From another folder, so the data must be found by what the run folder says.
+    std::fs::create_dir(place.path("elsewhere")).expect("writable");
+    let resume = ["evolve", "--resume", "../parts", "--generations", "5", "--threads", "1", "--quiet"];
+    let output = place.command(&resume).current_dir(place.path("elsewhere")).output().expect("started");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(recorded(&place.path("whole")), recorded(&place.path("parts")));
+    assert_eq!(place.read("whole/settings.toml"), place.read("parts/settings.toml"));
+    // A complete run has nothing left to do, and says how it went.
+    let again = place.ok(&["evolve", "--resume", "parts"]);
+    assert!(again.contains("resumed after 5 generations") && again.contains("Next:"), "{again}");
+}
+
+#[test]
+fn settings_of_a_run_repeat_it() {
+    let place = Place::new();
+    place.ok(&tiny(&[
+        "--out",
+        "one",
+        "--preset",
+        "paper",
+        "--trees",
+        "1",
+        "--nodes",
+        "-raw*,-tan",
+        "--seed",
+        "3",
+    ]));
+    place.ok(&["evolve", "--data", "data", "--settings", "one/settings.toml", "--out", "two"]);
+    assert_eq!(recorded(&place.path("one")), recorded(&place.path("two")));
+    assert_eq!(place.read("one/settings.toml"), place.read("two/settings.toml"));
+    let settings = place.read("one/settings.toml");
+    for line in ["raw = 0", "raw-sq = 0", "tan = 0", "trees = 1", "seed = 3"] {
+        assert!(settings.lines().any(|l| l.replace('"', "") == line), "no {line} in {settings}");
+    }
+    // A flag goes before the file.
+    place.ok(&[
+        "evolve",
+        "--data",
+        "data",
+        "--settings",
+        "one/settings.toml",
+        "--out",
+        "three",
+        "--seed",
+        "4",
+    ]);
+    assert!(place.read("three/settings.toml").contains("seed = 4"));
+}
+
+#[test]
+fn without_data_there_is_a_corridor() {
+    let place = Place::new();
+    let small = ["--population", "10", "--generations", "1", "--set", "filter.max_draws=2"];
+    let text = place.ok(&[&["evolve"], &small[..]].concat());
+    assert!(text.contains("small run") && text.contains("--population 4000 --generations 51"), "{text}");
+    assert!(text.contains("held out") && text.contains("vsonar data synth"), "{text}");
+    assert!(place.path("runs/synthetic-seed-1/best.gp").is_file());
+    // A resume finds it again.
+    place.ok(&["evolve", "--resume", "runs/synthetic-seed-1", "--generations", "2", "--quiet"]);
+    // The same images as a folder give the same run.
+    place.ok(&["data", "synth", "corridor"]);
+    place.ok(&[&["evolve", "--data", "corridor", "--out", "folder"], &small[..]].concat());
+    assert_eq!(recorded(&place.path("folder")).log[0], recorded(&place.path("runs/synthetic-seed-1")).log[0]);
+}
+
+#[test]
+fn a_reader_that_leaves_ends_the_run_quietly() {
+    let place = Place::new();
+    let mut run = place.command(&tiny(&["--generations", "400", "--out", "run"]));
+    let mut run = run.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
+    drop(run.stdout.take());
+    let status = run.wait().expect("it ends");
+    let mut complaint = String::new();
+    run.stderr.take().expect("piped").read_to_string(&mut complaint).expect("UTF-8");
+    assert!(status.success() && complaint.is_empty(), "{status}: {complaint}");
+}

@@ -1,0 +1,144 @@
+//! The help: a newcomer finds his way, and what it says of defaults is true.
+
+use vsonar::dataset::TOLERANCE;
+use vsonar::evolve::Settings;
+use vsonar::world::FRAMES;
+
+use crate::common::*;
+
+const COMMANDS: &[&[&str]] = &[
+    &[],
+    &["evolve"],
+    &["eval"],
+    &["show"],
+    &["ir"],
+    &["data"],
+    &["data", "check"],
+    &["data", "synth"],
+    &["completions"],
+];
+
+/// The help of a command, as words with single spaces between them.
+fn help(command: &[&str]) -> String {
+    let text = Place::new().ok(&[command, &["--help"]].concat());
+    assert!(plain(&text), "{text:?}");
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// What the help says of a flag, up to its default.
+fn of_flag(help: &str, flag: &str) -> String {
+    let start = help.find(&format!(" {flag} <")).unwrap_or_else(|| panic!("no {flag} in {help}"));
+    let rest = &help[start + 1..];
+    let default = rest.find("[default: ").unwrap_or_else(|| panic!("no default of {flag} in {help}"));
+    let end = rest[default..].find(']').map_or(rest.len(), |end| default + end + 1);
+    rest[..end].to_string()
+}
+
+#[test]
+fn every_command_has_help_with_examples() {
+    for command in COMMANDS {
+        let text = help(command);
+        assert!(text.contains("Example") && text.contains("Usage: vsonar"), "{command:?}: {text}");
+        let short = Place::new().ok(&[*command, &["-h"]].concat());
+        assert!(short.lines().all(|line| line.chars().count() <= 120), "{short}");
+    }
+    let all = help(&[]);
+    for command in ["evolve", "eval", "show", "ir", "data", "completions"] {
+        assert!(all.contains(&format!(" {command} ")), "{all}");
+    }
+}
+
+#[test]
+fn no_command_shows_the_help() {
+    let output = Place::new().command(&[]).output().expect("started");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("Usage: vsonar"));
+}
+
+#[test]
+fn stated_defaults_of_settings_are_the_real_ones() {
+    let text = help(&["evolve"]);
+    let place = Place::new();
+    place.ok(&[
+        "evolve",
+        "--data",
+        "data",
+        "--out",
+        "run",
+        "--population",
+        "2",
+        "--generations",
+        "1",
+        "--quiet",
+    ]);
+    let recorded = Settings::from_toml(&place.read("run/settings.toml"), "settings.toml").expect("sound");
+    let defaults = Settings { population: 4000, generations: 51, ..recorded };
+    assert_eq!(defaults, Settings::default_preset(), "the default preset is `default`");
+    assert!(of_flag(&text, "--preset").contains("[default: default]"));
+    for (flag, value) in [
+        ("--seed", defaults.seed.to_string()),
+        ("--population", "4,000; without".to_string()),
+        ("--generations", "51; without".to_string()),
+        ("--trees", defaults.trees.to_string()),
+        ("--tolerance", defaults.tolerance.to_string()),
+        ("--executor", "cranelift".to_string()),
+    ] {
+        let said = of_flag(&text, flag);
+        assert!(said.contains(&format!("[default: {value}")), "{said}");
+    }
+}
+
+#[test]
+fn the_smaller_defaults_without_data_are_the_real_ones() {
+    let text = help(&["evolve"]);
+    let stated = |flag: &str| {
+        let said = of_flag(&text, flag);
+        let number = said.split("without --data ").nth(1).and_then(|rest| rest.split(']').next());
+        number.unwrap_or_else(|| panic!("{said}")).replace(',', "")
+    };
+    let place = Place::new();
+    // One of the two is given, so that the run is short; the other is recorded as it is by default.
+    place.ok(&[
+        "evolve",
+        "--population",
+        "2",
+        "--generations",
+        "1",
+        "--set",
+        "filter.enabled=false",
+        "--out",
+        "a",
+    ]);
+    let run = |flag: &str, value: &str, out: &str| {
+        let mut command =
+            place.command(&["evolve", flag, value, "--set", "filter.enabled=false", "--out", out]);
+        let mut run = command.stdout(std::process::Stdio::null()).spawn().expect("started");
+        let settings = place.path(out).join("settings.toml");
+        while !settings.exists() {
+            assert!(run.try_wait().expect("it can be asked").is_none(), "it ended early");
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        run.kill().expect("it can be killed");
+        run.wait().expect("it ends");
+        place.read(&format!("{out}/settings.toml"))
+    };
+    let settings = run("--generations", "1", "b");
+    assert!(settings.contains(&format!("population = {}\n", stated("--population"))), "{settings}");
+    let settings = run("--population", "2", "c");
+    assert!(settings.contains(&format!("generations = {}\n", stated("--generations"))), "{settings}");
+}
+
+#[test]
+fn other_stated_defaults_are_the_real_ones() {
+    assert!(of_flag(&help(&["eval"]), "--tolerance").contains(&format!("[default: {TOLERANCE}]")));
+    assert!(of_flag(&help(&["eval"]), "--executor").contains("[default: cranelift]"));
+    assert!(of_flag(&help(&["data", "synth"]), "--frames").contains(&format!("[default: {FRAMES}]")));
+    let ir = help(&["ir"]);
+    assert!(of_flag(&ir, "--stage").contains("[default: optimised]"));
+    assert!(of_flag(&ir, "--size").contains("[default: 320x240]"));
+    let place = Place::new();
+    place.write("up.gp", "(individual (iterate-up 3x3 x-obstacle (set-a y)))");
+    let listing = place.ok(&["ir", "up.gp"]);
+    assert!(listing.contains("image 320x240"), "{listing}");
+    assert_eq!(listing, place.ok(&["ir", "up.gp", "--stage", "optimised", "--size", "320x240"]));
+}

@@ -1,0 +1,132 @@
+//! Ctrl-C, and a disk that is full.
+#![cfg(unix)]
+
+use std::os::unix::process::CommandExt;
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::common::*;
+
+/// Far longer than anything here takes.
+const LIMIT: Duration = Duration::from_secs(300);
+
+fn interrupt(run: &Child) {
+    // SAFETY: sends a signal to a child that has not been waited for, so its number is its own.
+    let sent = unsafe { libc::kill(run.id() as libc::pid_t, libc::SIGINT) };
+    assert_eq!(sent, 0);
+}
+
+fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !holds() {
+        assert!(start.elapsed() < LIMIT, "{what} did not happen");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+const SLOW: &[&str] = &["--generations", "8", "--population", "600", "--threads", "1"];
+
+#[test]
+fn ctrl_c_saves_and_says_how_to_go_on() {
+    let place = Place::new();
+    place.ok(&tiny(&[SLOW, &["--out", "whole"]].concat()));
+    let mut command = place.command(&tiny(&[SLOW, &["--out", "parts", "--executor", "tree"]].concat()));
+    let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
+    let log = place.path("parts/log.jsonl");
+    wait_until("a generation", || std::fs::read_to_string(&log).is_ok_and(|text| text.ends_with('\n')));
+    interrupt(&run);
+    let output = run.wait_with_output().expect("it ends");
+    let said = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(said.contains("vsonar evolve --resume parts"), "{said}");
+    let saved = recorded(&place.path("parts")).log.len();
+    assert!((1..8).contains(&saved), "{saved} generations");
+    place.ok(&["evolve", "--resume", "parts"]);
+    assert_eq!(recorded(&place.path("whole")), recorded(&place.path("parts")));
+}
+
+#[test]
+fn ctrl_c_in_the_first_generation_can_be_resumed() {
+    let place = Place::new();
+    place.ok(&tiny(&[SLOW, &["--out", "whole"]].concat()));
+    let slow = [SLOW, &["--out", "parts", "--executor", "tree", "--json"]].concat();
+    let mut command = place.command(&tiny(&slow));
+    let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
+    wait_until("the folder", || place.path("parts").exists());
+    // A second Ctrl-C may end it at once; either way the exit code is the same.
+    interrupt(&run);
+    interrupt(&run);
+    let output = run.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130), "{}", String::from_utf8_lossy(&output.stderr));
+    place.ok(&["evolve", "--resume", "parts", "--quiet"]);
+    assert_eq!(recorded(&place.path("whole")), recorded(&place.path("parts")));
+}
+
+/// Runs a command that can write no file beyond so many bytes, as on a full disk.
+fn on_a_full_disk(place: &Place, bytes: u64, arguments: &[&str]) -> std::process::Output {
+    let mut command = place.command(arguments);
+    let limit = move || {
+        let limit = libc::rlimit { rlim_cur: bytes, rlim_max: bytes };
+        // SAFETY: plain system calls with valid arguments, allowed between fork and exec. The signal is ignored so
+        // that writing fails with an error, as on a full disk, instead of ending the process.
+        let set = unsafe {
+            libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+            libc::setrlimit(libc::RLIMIT_FSIZE, &limit)
+        };
+        if set == 0 { Ok(()) } else { Err(std::io::Error::last_os_error()) }
+    };
+    // SAFETY: the closure only makes system calls; it neither allocates nor locks.
+    unsafe { command.pre_exec(limit) };
+    command.output().expect("started")
+}
+
+#[test]
+fn a_full_disk_stops_a_run_as_of_its_last_generation() {
+    let place = Place::new();
+    let arguments = |out| tiny(&["--population", "200", "--quiet", "--out", out]);
+    place.ok(&arguments("whole"));
+    let size = |name: &str| std::fs::metadata(place.path("whole").join(name)).expect("there").len();
+    // Room for the settings but not for a checkpoint.
+    assert!(size("settings.toml") + 500 < size("checkpoint"));
+    let complaint = one_error(&on_a_full_disk(&place, size("settings.toml") + 200, &arguments("parts")), 1);
+    assert!(complaint.contains("make room on the disk"), "{complaint}");
+    for entry in std::fs::read_dir(place.path("parts")).expect("there") {
+        let name = entry.expect("readable").file_name().to_string_lossy().into_owned();
+        assert!(!name.ends_with(".tmp"), "{name} is left behind");
+    }
+    place.ok(&["evolve", "--resume", "parts", "--quiet"]);
+    assert_eq!(recorded(&place.path("whole")), recorded(&place.path("parts")));
+}
+
+#[test]
+fn a_full_disk_leaves_nothing_half_written() {
+    let place = Place::new();
+    place.write("up.gp", "(individual (iterate-up 3x3 x-obstacle (set-a y)))");
+    let before = place.everything();
+    let start = tiny(&["--out", "run"]);
+    for arguments in [
+        &start[..],
+        &["data", "synth", "corridor", "--frames", "1"],
+        &["eval", "up.gp", "--data", "data", "--answers", "answers.csv"],
+    ] {
+        let complaint = one_error(&on_a_full_disk(&place, 100, arguments), 1);
+        assert!(before == place.everything(), "{arguments:?} left something behind: {complaint}");
+    }
+}
+
+#[test]
+fn a_full_device_is_an_error() {
+    if !std::path::Path::new("/dev/full").exists() {
+        return;
+    }
+    let place = Place::new();
+    place.write("up.gp", "(individual (iterate-up 3x3 x-obstacle (set-a y)))");
+    let complaint = place.fails(1, &["eval", "up.gp", "--data", "data", "--answers", "/dev/full"]);
+    assert!(complaint.contains("/dev/full") && complaint.contains("make room"), "{complaint}");
+    use std::os::unix::fs::FileTypeExt;
+    let kind = std::fs::metadata("/dev/full").expect("still there").file_type();
+    assert!(kind.is_char_device(), "the device was replaced");
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("writable");
+    let output = place.command(&["ir", "up.gp"]).stdout(full).output().expect("started");
+    assert!(one_error(&output, 1).contains("standard output"));
+}

@@ -1,0 +1,11 @@
+//! The command as a user has it: started as a process, on small made-up data.
+
+mod bad_input;
+mod bad_programs;
+mod common;
+mod eval;
+mod evolve;
+mod help;
+mod interruption;
+mod kill;
+mod other;
