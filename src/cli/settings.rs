@@ -238,7 +238,7 @@ mod tests {
     }
 
     /// The weight of a node type.
-    fn weight(settings: &Settings, name: &str) -> f64 {
+    fn weight(settings: &Settings, name: &str) -> u32 {
         settings.nodes.weight(NodeType::from_name(name).expect("a node type"))
     }
 
@@ -247,7 +247,7 @@ mod tests {
         let changed =
             with_set(&["selection.kind=tournament", "nodes.+=0", " seed = 9 "]).expect("all are settings");
         assert_eq!(changed.selection.kind, Settings::paper().selection.kind);
-        assert_eq!((weight(&changed, "+"), changed.seed), (0.0, 9));
+        assert_eq!((weight(&changed, "+"), changed.seed), (0, 9));
     }
 
     #[test]
@@ -282,10 +282,7 @@ mod tests {
             settings(SettingsArgs { nodes: changes.iter().map(|c| c.to_string()).collect(), ..none() })
         };
         let left = nodes(&["-raw,if-le=3", "--", "-tan", "+tan"]).expect("all there are");
-        assert_eq!(
-            ["raw", "raw-sq", "-", "tan", "if-le"].map(|n| weight(&left, n)),
-            [0.0, 1.0, 0.0, 1.0, 3.0]
-        );
+        assert_eq!(["raw", "raw-sq", "-", "tan", "if-le"].map(|n| weight(&left, n)), [0, 1, 0, 1, 3]);
         assert!(nodes(&["-rawr"]).expect_err("none").contains("`raw`"));
         assert!(nodes(&["raw"]).expect_err("no sign").contains("`-name`"));
     }

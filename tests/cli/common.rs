@@ -7,11 +7,11 @@ use image::{GrayImage, Luma};
 use tempfile::TempDir;
 use vsonar::dataset::{Case, Dataset, NamedImage};
 
-pub const WIDTH: u32 = 64;
-pub const HEIGHT: u32 = 48;
+pub(crate) const WIDTH: u32 = 64;
+pub(crate) const HEIGHT: u32 = 48;
 
 /// A textured floor below a wall whose foot is at a row that varies with image and column.
-pub fn dataset(images: u32, salt: u32) -> Dataset {
+pub(crate) fn dataset(images: u32, salt: u32) -> Dataset {
     let mut named = Vec::new();
     let mut cases = Vec::new();
     for i in 0..images {
@@ -28,32 +28,32 @@ pub fn dataset(images: u32, salt: u32) -> Dataset {
 }
 
 /// A temporary folder in which the command is started, with a data set in its subfolder `data`.
-pub struct Place {
+pub(crate) struct Place {
     dir: TempDir,
 }
 
 impl Place {
-    pub fn new() -> Place {
+    pub(crate) fn new() -> Place {
         let dir = tempfile::tempdir().expect("a temporary folder");
         let place = Place { dir };
         dataset(6, 0).save(place.path("data")).expect("writable");
         place
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.dir.path().join(name)
     }
 
-    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
         std::fs::write(self.path(name), content).expect("writable");
     }
 
-    pub fn read(&self, name: &str) -> String {
+    pub(crate) fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
     /// Everything in the place, by relative path, with the content of files.
-    pub fn everything(&self) -> Vec<(PathBuf, Option<Vec<u8>>)> {
+    pub(crate) fn everything(&self) -> Vec<(PathBuf, Option<Vec<u8>>)> {
         let mut found = Vec::new();
         let mut folders = vec![self.dir.path().to_path_buf()];
         while let Some(folder) = folders.pop() {
@@ -71,7 +71,7 @@ impl Place {
         found
     }
 
-    pub fn command(&self, arguments: &[&str]) -> Command {
+    pub(crate) fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_vsonar"));
         command.current_dir(self.dir.path()).args(arguments).stdin(Stdio::null());
         command
@@ -82,7 +82,7 @@ impl Place {
     }
 
     /// What a command prints that does what it is asked, without a word of complaint.
-    pub fn ok(&self, arguments: &[&str]) -> String {
+    pub(crate) fn ok(&self, arguments: &[&str]) -> String {
         let output = self.output(arguments);
         let complaint = String::from_utf8_lossy(&output.stderr);
         assert!(
@@ -94,7 +94,7 @@ impl Place {
     }
 
     /// The complaint of a command that fails with this exit code and leaves no trace in the place.
-    pub fn fails(&self, code: i32, arguments: &[&str]) -> String {
+    pub(crate) fn fails(&self, code: i32, arguments: &[&str]) -> String {
         let before = self.everything();
         let output = self.output(arguments);
         let complaint = one_error(&output, code);
@@ -104,7 +104,7 @@ impl Place {
 }
 
 /// The complaint, held to be one clear error with the right exit code.
-pub fn one_error(output: &Output, code: i32) -> String {
+pub(crate) fn one_error(output: &Output, code: i32) -> String {
     let complaint = String::from_utf8(output.stderr.clone()).expect("UTF-8");
     assert_eq!(output.status.code(), Some(code), "{complaint}");
     assert!(complaint.starts_with("error: "), "{complaint}");
@@ -115,12 +115,12 @@ pub fn one_error(output: &Output, code: i32) -> String {
 }
 
 /// Whether a text has no control characters but the ends of its lines.
-pub fn plain(text: &str) -> bool {
+pub(crate) fn plain(text: &str) -> bool {
     text.chars().all(|c| c == '\n' || !c.is_control())
 }
 
 /// Settings of a run so small that the walker takes no time.
-pub const TINY: &[&str] = &[
+pub(crate) const TINY: &[&str] = &[
     "--tolerance",
     "3",
     "--population",
@@ -136,7 +136,7 @@ pub const TINY: &[&str] = &[
 ];
 
 /// `evolve` on the place's data, tiny unless the other arguments say otherwise.
-pub fn tiny<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
+pub(crate) fn tiny<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
     let mut all = vec!["evolve", "--data", "data"];
     // A flag may be given only once.
     let given = |flag: &str| flag != "--set" && arguments.contains(&flag);
@@ -149,13 +149,13 @@ pub fn tiny<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
 
 /// What a run folder says, but for the timing.
 #[derive(Debug, PartialEq)]
-pub struct Recorded {
-    pub log: Vec<serde_json::Value>,
-    pub best: String,
-    pub hall: String,
+pub(crate) struct Recorded {
+    pub(crate) log: Vec<serde_json::Value>,
+    pub(crate) best: String,
+    pub(crate) hall: String,
 }
 
-pub fn recorded(run: &Path) -> Recorded {
+pub(crate) fn recorded(run: &Path) -> Recorded {
     let read = |name: &str| std::fs::read_to_string(run.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     let without_timing = |line: &str| {
         let mut value: serde_json::Value = serde_json::from_str(line).expect("a line is JSON");
@@ -170,16 +170,16 @@ pub fn recorded(run: &Path) -> Recorded {
 }
 
 /// Random numbers for tests; the seed is to be printed on failure.
-pub struct Dice(pub u64);
+pub(crate) struct Dice(pub(crate) u64);
 
 impl Dice {
     /// A seed that differs from one run of the tests to the next.
-    pub fn seed() -> u64 {
+    pub(crate) fn seed() -> u64 {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).expect("after 1970");
         now.as_nanos() as u64
     }
 
-    pub fn below(&mut self, n: u64) -> u64 {
+    pub(crate) fn below(&mut self, n: u64) -> u64 {
         // SplitMix64.
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
