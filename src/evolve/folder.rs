@@ -41,6 +41,11 @@ pub enum FolderError {
     /// Another process writes it.
     #[error("{}: another process is writing this run folder; wait until it has ended, or stop it", .0.display())]
     Locked(PathBuf),
+    /// The run was to go on with other settings than its folder's.
+    #[error(
+        "{}: a run goes on with the settings in its folder; only more generations can be asked for (for other settings, start a new run with `--settings`)", .0.display()
+    )]
+    OtherSettings(PathBuf),
     /// Its settings cannot be read.
     #[error(transparent)]
     Settings(#[from] SettingsError),
@@ -54,6 +59,8 @@ pub enum FolderError {
 pub struct RunFolder {
     path: PathBuf,
     data: toml::Table,
+    /// Fingerprint of the settings in the folder.
+    settings: u64,
     _lock: Lock,
 }
 
@@ -79,7 +86,7 @@ impl RunFolder {
             }
             made => made.naming(path, "make the run folder")?,
         }
-        let filled = RunFolder::lock(path, data.clone()).and_then(|folder| {
+        let filled = RunFolder::lock(path, data.clone(), settings).and_then(|folder| {
             folder.write_settings(settings)?;
             durable::sync_folder_of(path)?;
             Ok(folder)
@@ -128,16 +135,16 @@ impl RunFolder {
         let settings = Settings::from_toml(&text, &file.display().to_string())?;
         // The text was just read as settings, so it is TOML.
         let data = toml::from_str::<DataTable>(&text).map(|t| t.data).unwrap_or_default();
-        let folder = RunFolder::lock(path, data)?;
+        let folder = RunFolder::lock(path, data, &settings)?;
         let replaced = ["settings.toml", "log.jsonl", "best.gp", "hall_of_fame.jsonl", "checkpoint"];
         durable::remove_leftovers(&replaced.map(|name| path.join(name)));
         Ok((folder, settings))
     }
 
-    fn lock(path: &Path, data: toml::Table) -> Result<RunFolder, FolderError> {
+    fn lock(path: &Path, data: toml::Table, settings: &Settings) -> Result<RunFolder, FolderError> {
         let lock = Lock::take(path).naming(path, "lock the run folder")?;
         let lock = lock.ok_or_else(|| FolderError::Locked(path.to_path_buf()))?;
-        Ok(RunFolder { path: path.to_path_buf(), data, _lock: lock })
+        Ok(RunFolder { path: path.to_path_buf(), data, settings: settings.fingerprint(), _lock: lock })
     }
 
     /// Where it is.
@@ -154,8 +161,11 @@ impl RunFolder {
         self.path.join(name)
     }
 
-    /// Writes the settings in full.
+    /// Writes the settings in full; they may differ from those there in the number of generations alone.
     pub(super) fn write_settings(&self, settings: &Settings) -> Result<(), FolderError> {
+        if settings.fingerprint() != self.settings {
+            return Err(FolderError::OtherSettings(self.path.clone()));
+        }
         let mut text =
             String::from("# The settings of this run, in full; it can be repeated with `--settings`.\n\n");
         text.push_str(&settings.to_toml());

@@ -120,7 +120,8 @@ impl Evolution {
     /// settings are those of the folder, or the same with more generations.
     ///
     /// # Errors
-    /// As [`Evolution::new`]; if the checkpoint cannot be used, or belongs to other data or settings.
+    /// As [`Evolution::new`]; if the settings are not the folder's, or the checkpoint cannot be used, or belongs
+    /// to other data or settings.
     pub fn in_folder(
         folder: RunFolder,
         train: &Dataset,

@@ -12,11 +12,11 @@ use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
 use vsonar::exec::reference::ReferenceExecutor;
 use vsonar::exec::tree::TreeExecutor;
 
-pub const WIDTH: u32 = 64;
-pub const HEIGHT: u32 = 48;
+pub(crate) const WIDTH: u32 = 64;
+pub(crate) const HEIGHT: u32 = 48;
 
 /// A tiny world: textured floor below a wall whose foot is at a row that varies with image and column.
-pub fn dataset_with(salt: u32) -> Dataset {
+pub(crate) fn dataset_with(salt: u32) -> Dataset {
     let mut images = Vec::new();
     let mut cases = Vec::new();
     for i in 0..6u32 {
@@ -31,36 +31,36 @@ pub fn dataset_with(salt: u32) -> Dataset {
     Dataset::new("tiny", images, cases).expect("a sound set")
 }
 
-pub fn dataset() -> Dataset {
+pub(crate) fn dataset() -> Dataset {
     dataset_with(0)
 }
 
 /// Small enough for the walker, with everything of the default preset switched on.
-pub fn settings() -> Settings {
+pub(crate) fn settings() -> Settings {
     let text = "population = 60\ngenerations = 5\ntolerance = 3.0\n\
                 [creation]\nmin_depth = 2\nmax_depth = 4\n[filter]\nmax_draws = 30\n";
     Settings::from_toml(text, "test").expect("sound settings")
 }
 
 /// The executor of tests that are about something else.
-pub fn reference() -> Arc<dyn Executor> {
+pub(crate) fn reference() -> Arc<dyn Executor> {
     Arc::new(ReferenceExecutor)
 }
 
 /// All executors. The walker does not lower, so with it no result is known from a cache of programs.
-pub fn executors() -> Vec<Arc<dyn Executor>> {
+pub(crate) fn executors() -> Vec<Arc<dyn Executor>> {
     let compiled = |shape| -> Arc<dyn Executor> {
         Arc::new(CraneliftExecutor::new(shape).expect("this machine has a code generator"))
     };
     vec![reference(), Arc::new(TreeExecutor), compiled(Shape::Scalar), compiled(Shape::Lanes4)]
 }
 
-pub fn never() -> AtomicBool {
+pub(crate) fn never() -> AtomicBool {
     AtomicBool::new(false)
 }
 
 /// Runs to the end in a fresh folder and gives the last state.
-pub fn run_in(path: &Path, settings: &Settings, executor: Arc<dyn Executor>, threads: usize) -> State {
+pub(crate) fn run_in(path: &Path, settings: &Settings, executor: Arc<dyn Executor>, threads: usize) -> State {
     let folder = RunFolder::create(path, settings, &toml::Table::new()).expect("a fresh folder");
     let mut run =
         Evolution::in_folder(folder, &dataset(), settings.clone(), executor, threads).expect("a run");
@@ -69,18 +69,18 @@ pub fn run_in(path: &Path, settings: &Settings, executor: Arc<dyn Executor>, thr
 }
 
 /// Goes on with the run of a folder.
-pub fn resume(path: &Path) -> Evolution {
+pub(crate) fn resume(path: &Path) -> Evolution {
     let (folder, settings) = RunFolder::open(path).expect("a run folder");
     Evolution::in_folder(folder, &dataset(), settings, reference(), 2).expect("a run")
 }
 
 /// The text of a file of the run folder.
-pub fn read(path: &Path, name: &str) -> String {
+pub(crate) fn read(path: &Path, name: &str) -> String {
     std::fs::read_to_string(path.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
 /// The log without its timing.
-pub fn log(path: &Path) -> Vec<serde_json::Value> {
+pub(crate) fn log(path: &Path) -> Vec<serde_json::Value> {
     let without_timing = |line: &str| {
         let mut value: serde_json::Value = serde_json::from_str(line).expect("a line is JSON");
         assert!(value.as_object_mut().expect("an object").remove("timing").is_some());
@@ -90,6 +90,6 @@ pub fn log(path: &Path) -> Vec<serde_json::Value> {
 }
 
 /// Everything a run folder says, but for the timing.
-pub fn content(path: &Path) -> (Vec<serde_json::Value>, String, String) {
+pub(crate) fn content(path: &Path) -> (Vec<serde_json::Value>, String, String) {
     (log(path), read(path, "best.gp"), read(path, "hall_of_fame.jsonl"))
 }

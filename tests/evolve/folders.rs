@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use vsonar::evolve::{FolderError, RunFolder, SettingsError};
+use vsonar::evolve::{Evolution, FolderError, RunError, RunFolder, SettingsError};
 
 use crate::common::*;
 
@@ -96,6 +96,18 @@ fn without_a_checkpoint_from_the_beginning() {
     fs::write(again.join("log.jsonl"), "a line that had no checkpoint\n").expect("writable");
     resume(&again).run(&never(), |_| ()).expect("no error");
     assert_eq!(content(&again), content(&whole));
+}
+
+#[test]
+fn other_settings_are_refused() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let path = dir.path().join("run");
+    let folder = RunFolder::create(&path, &settings(), &toml::Table::new()).expect("a fresh folder");
+    let mut other = settings();
+    other.population = 50;
+    let error = Evolution::in_folder(folder, &dataset(), other, reference(), 1).err().expect("refused");
+    assert!(matches!(error, RunError::Folder(FolderError::OtherSettings(_))), "{error}");
+    assert_eq!(RunFolder::open(&path).expect("a run folder").1, settings());
 }
 
 #[test]

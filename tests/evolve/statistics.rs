@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use vsonar::evolve::{CaseBits, Evolution, Member, Settings, State, is_correct};
-use vsonar::exec::{Candidate, Executor};
+use vsonar::exec::Candidate;
 
 use crate::common::*;
 
