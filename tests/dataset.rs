@@ -104,7 +104,8 @@ fn the_table_may_be_written_in_many_ways() {
 
 #[test]
 fn each_fault_alone() {
-    let cases: &[(&str, &[(Option<u64>, &str)])] = &[
+    type Found = (Option<u64>, &'static str);
+    let cases: &[(&str, &[Found])] = &[
         ("image,x,y\n", &[(None, "empty")]),
         ("", &[(None, "empty")]),
         ("image,x\na.png,1\n", &[(Some(1), "header")]),

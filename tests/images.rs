@@ -182,6 +182,18 @@ fn unusable_files_are_named_with_a_remedy() {
         assert!(text.contains("get it again"), "{text}");
     }
 
+    let mut jpeg = Vec::new();
+    picture.write_to(&mut std::io::Cursor::new(&mut jpeg), ImageFormat::Jpeg).expect("in memory");
+    for length in 0..jpeg.len() - 1 {
+        // Neither an error nor a half-gray picture may be taken for the image.
+        let (error, text) = message(&write(&folder, "cut.jpg", &jpeg[..length]));
+        let expected = matches!(error, ImageError::Decode { .. } | ImageError::CutOff { .. });
+        assert!(expected, "{length} bytes: {text}");
+    }
+    // Other programs append things.
+    jpeg.extend(b"trailer");
+    load_gray(&write(&folder, "trailer.jpg", &jpeg)).expect("a whole JPEG");
+
     let (error, text) = message(&write(&folder, "text.png", b"image,x,y\nno.png,1,2\n"));
     assert!(matches!(error, ImageError::Decode { .. }), "{text}");
     for name in ["text", "text.txt"] {

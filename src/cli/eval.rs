@@ -48,7 +48,7 @@ pub(crate) struct Args {
     answers: Option<PathBuf>,
 }
 
-fn tolerance(text: &str) -> Result<f64, String> {
+pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     let rows = text.parse::<f64>().ok().filter(|rows| rows.is_finite() && *rows >= 0.0);
     rows.ok_or_else(|| "give a number of rows, 0 or more".to_string())
 }

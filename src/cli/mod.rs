@@ -13,6 +13,7 @@ mod interrupt;
 mod ir;
 mod output;
 mod settings;
+mod show;
 mod source;
 mod summary;
 mod table;
@@ -29,6 +30,7 @@ Examples:
   vsonar evolve                                 a first run, on built-in images of a corridor
   vsonar evolve --data photos                   evolve on images and labels of your own
   vsonar eval runs/photos-seed-1/best.gp --data photos
+  vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
   vsonar evolve --help                          the flags of a command, with examples
 
 A data folder holds `labels.csv` (header `image,x,y`; y is the row, counted from the top, of the lowest pixel of
@@ -47,6 +49,7 @@ pub(crate) struct Cli {
 enum Command {
     Evolve(Box<evolve::Args>),
     Eval(eval::Args),
+    Show(show::Args),
     Ir(ir::Args),
     Data(data::Args),
     Completions(completions::Args),
@@ -65,6 +68,7 @@ pub(crate) fn main() -> ExitCode {
     let done = match cli.command {
         Command::Evolve(args) => evolve::run(*args),
         Command::Eval(args) => eval::run(args),
+        Command::Show(args) => show::run(args),
         Command::Ir(args) => ir::run(args),
         Command::Data(args) => data::run(args),
         Command::Completions(args) => completions::run(args),

@@ -196,7 +196,7 @@ mod tests {
         {
             let mut hash = Fnv(0xcbf29ce484222325);
             hash.bytes(text.as_bytes());
-            assert_eq!(hash.0, expected as u64, "{text}");
+            assert_eq!(hash.0, expected, "{text}");
         }
     }
 }

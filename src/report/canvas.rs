@@ -97,15 +97,14 @@ impl Canvas {
         }
     }
 
-    /// A text with its upper left corner at a pixel, each pixel of the font `scale` x `scale` pixels, and
-    /// bolder by `bold` pixels on every side.
-    pub(super) fn text(&mut self, (x, y): (i64, i64), scale: i64, bold: i64, text: &str, colour: Colour) {
+    /// A text with its upper left corner at a pixel, each pixel of the font `scale` x `scale` pixels.
+    pub(super) fn text(&mut self, (x, y): (i64, i64), scale: i64, text: &str, colour: Colour) {
         for (i, character) in text.chars().enumerate() {
             let left = x + i as i64 * i64::from(font::ADVANCE) * scale;
             for (column, row) in font::pixels(character) {
                 let (left, top) = (left + i64::from(column) * scale, y + i64::from(row) * scale);
                 let dot = Area { left, top, right: left + scale, bottom: top + scale };
-                self.fill(dot.grown(bold), colour);
+                self.fill(dot, colour);
             }
         }
     }
@@ -155,7 +154,7 @@ mod tests {
             c.frame(Area::around(at, 50, 50), 2, WHITE);
             c.ring(at, 3, 5, WHITE);
             c.arrow(at, 7, 1, WHITE);
-            c.text(at, 2, 1, "Text", WHITE);
+            c.text(at, 2, "Text", WHITE);
         }
         let mut c = canvas();
         c.fill(Area::around((0, 0), far, far), WHITE);

@@ -28,6 +28,8 @@ mod canvas;
 mod font;
 mod picture;
 mod sheet;
+#[cfg(test)]
+mod tests;
 
 pub use picture::{Column, MAX_SCALE, Style, draw, fitting_scale};
 pub use sheet::{LEGEND, Tile, contact_sheet};

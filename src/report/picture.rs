@@ -88,10 +88,11 @@ pub fn draw(image: &GrayImage, columns: &[Column], style: &Style) -> RgbImage {
         Rgb([v, v, v])
     });
     let mut pen = Pen::new(Canvas(picture), columns, style, i64::from(scale));
-    // in layers, so that no bar hides a neighbouring column's marks, and the crosses are on top of everything
+    // in layers, so that no bar hides a neighbouring column's marks; the crosses' arms reach out from below a
+    // square at the same place
     columns.iter().for_each(|c| pen.bar(c));
-    columns.iter().for_each(|c| pen.answer(c));
     columns.iter().for_each(|c| pen.cross(c));
+    columns.iter().for_each(|c| pen.answer(c));
     pen.canvas.0
 }
 
@@ -111,6 +112,8 @@ struct Pen<'a> {
     scale: i64,
     /// Width of a line.
     line: i64,
+    /// Width of the lines of crosses and rings.
+    bold: i64,
     /// Width of a bar without and with its outline.
     bar: (i64, i64),
     /// Length of a cross's arms.
@@ -129,7 +132,7 @@ impl Pen<'_> {
         let outer = gap.map_or(5 * line, |gap| (gap / 2).min(5 * line)).max(1);
         let outline = if outer >= 5 * line { line } else { i64::from(outer >= 3) };
         let arm = gap.map_or(6 * line, |gap| gap.min(6 * line)).max(2 * line);
-        Pen { canvas, style, scale, line, bar: (outer - 2 * outline, outer), arm }
+        Pen { canvas, style, scale, line, bold: line + line / 2, bar: (outer - 2 * outline, outer), arm }
     }
 
     fn rows(&self) -> i64 {
@@ -187,7 +190,7 @@ impl Pen<'_> {
         let (x, line, colour) = (self.middle(column.x), self.line, self.colour(column));
         let height = self.rows() * self.scale;
         let mut centre = (x, height / 2);
-        let mut radius = 5 * line;
+        let mut radius = 7 * line;
         match self.spot(column.answer) {
             Spot::Inside(answer) => {
                 let area = self.window(column.x, answer.round_ties_even() as u32);
@@ -195,7 +198,8 @@ impl Pen<'_> {
                 if let Some(area) = area {
                     let (width, height) = (area.right - area.left, area.bottom - area.top);
                     // no corner is further from the centre than that
-                    radius = radius.max((width * width + height * height).isqrt() / 2 + self.scale + line);
+                    radius =
+                        radius.max((width * width + height * height).isqrt() / 2 + self.scale + 2 * line);
                     self.canvas.frame(area.grown(1), 1 + line, BLACK);
                     self.canvas.frame(area, (line + 1) / 2, colour);
                 }
@@ -211,16 +215,16 @@ impl Pen<'_> {
                 self.canvas.arrow((x, height - 1), 8 * line, 1, colour);
             }
             Spot::Nowhere => {
+                self.canvas.ring(centre, 0, 7 * line, BLACK);
                 let (width, rows) = (i64::from(font::WIDTH), i64::from(font::HEIGHT - 2));
                 let corner = (x - width * line / 2, centre.1 - rows * line / 2);
-                self.canvas.text(corner, line, line, "?", BLACK);
-                self.canvas.text(corner, line, 0, "?", colour);
+                self.canvas.text(corner, line, "?", colour);
             }
         }
         if !column.is_correct(self.style.tolerance) {
-            let radius = radius + line;
-            self.canvas.ring(centre, radius - 1, radius + line, BLACK);
-            self.canvas.ring(centre, radius, radius + line - 1, colour);
+            let outer = radius + self.bold - 1;
+            self.canvas.ring(centre, radius - 1, outer + 1, BLACK);
+            self.canvas.ring(centre, radius, outer, colour);
         }
     }
 
@@ -241,9 +245,13 @@ impl Pen<'_> {
 
     fn cross(&mut self, column: &Column) {
         let centre = (self.middle(column.x), self.middle(column.label));
-        let (line, long) = (self.line, 2 * self.arm + self.line);
+        let (line, long) = (self.bold, 2 * self.arm + self.bold);
         let arms = [Area::around(centre, long, line), Area::around(centre, line, long)];
-        arms.map(|arm| self.canvas.fill(arm.grown((line + 1) / 2), BLACK));
-        arms.map(|arm| self.canvas.fill(arm, self.colour(column)));
+        for arm in arms {
+            self.canvas.fill(arm.grown((line + 1) / 2), BLACK);
+        }
+        for arm in arms {
+            self.canvas.fill(arm, self.colour(column));
+        }
     }
 }

@@ -15,7 +15,7 @@ pub const LEGEND: &str = "White bar: taken for ground. Black bar: taken for an o
 const SIDE: u32 = 320;
 
 /// Between tiles, and around all of them, in pixels.
-const MARGIN: u32 = 10;
+const MARGIN: u32 = 14;
 
 /// The narrowest place for a tile and its caption, in pixels.
 const NARROWEST: u32 = 96;
@@ -119,7 +119,7 @@ impl Text {
     }
 
     fn write(self, sheet: &mut Canvas, x: u32, y: u32, text: &str, colour: Colour) {
-        sheet.text((i64::from(x), i64::from(y)), i64::from(self.scale), 0, text, colour);
+        sheet.text((i64::from(x), i64::from(y)), i64::from(self.scale), text, colour);
     }
 }
 
@@ -164,4 +164,29 @@ fn wrap(text: &str, most: usize) -> Vec<String> {
         }
     }
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lose_their_middle() {
+        assert_eq!(shorten("frame.png", 9), "frame.png");
+        assert_eq!(shorten("corridor_A_046.png", 10), "corr...png");
+        assert_eq!(shorten("corridor_A_046.png", 15), "corrid..046.png");
+        assert_eq!(
+            ["x.png"; 5].iter().enumerate().map(|(i, n)| shorten(n, i)).collect::<Vec<_>>(),
+            ["", ".", "..", "..g", "x..g"]
+        );
+        assert_eq!(shorten("日本語の名前", 4), "日..前");
+    }
+
+    #[test]
+    fn headings_are_wrapped() {
+        assert_eq!(wrap("one two  three", 7), ["one two", "three"]);
+        assert_eq!(wrap("abcdefgh i j", 3), ["abc", "def", "gh", "i j"]);
+        assert!(wrap(" ", 3).is_empty());
+        assert_eq!(wrap("ab", 0), ["a", "b"]);
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use image::{DynamicImage, GrayImage, ImageReader, Limits, Luma};
+use image::{DynamicImage, GrayImage, ImageFormat, ImageReader, Limits, Luma};
 use vsonar_ir::Program;
 
 /// Most bytes that decoding one file may take: a small file may claim to hold an enormous image.
@@ -35,6 +35,12 @@ pub enum ImageError {
         path: PathBuf,
         /// What the decoder says.
         source: image::ImageError,
+    },
+    /// A JPEG file ends before its picture does.
+    #[error("{}: the JPEG file is cut off, the rest of its picture would be gray; get it again", .path.display())]
+    CutOff {
+        /// The file.
+        path: PathBuf,
     },
     /// The image is smaller than any detector can work with.
     #[error(
@@ -69,9 +75,9 @@ pub enum ImageError {
 pub fn load_gray(path: &Path) -> Result<GrayImage, ImageError> {
     let io = |source| ImageError::Io { path: path.to_owned(), source };
     let mut reader = ImageReader::open(path).map_err(io)?.with_guessed_format().map_err(io)?;
-    if reader.format().is_none() {
+    let Some(format) = reader.format() else {
         return Err(ImageError::Format { path: path.to_owned() });
-    }
+    };
     let mut limits = Limits::default();
     limits.max_image_width = Some(Program::MAX_SIDE);
     limits.max_image_height = Some(Program::MAX_SIDE);
@@ -89,7 +95,18 @@ pub fn load_gray(path: &Path) -> Result<GrayImage, ImageError> {
     if width.max(height) > Program::MAX_SIDE {
         return Err(ImageError::TooLarge { path: path.to_owned() });
     }
+    if format == ImageFormat::Jpeg && !jpeg_is_whole(&std::fs::read(path).map_err(io)?) {
+        return Err(ImageError::CutOff { path: path.to_owned() });
+    }
     Ok(to_gray(image))
+}
+
+/// Whether JPEG data have an end marker after their last start of a scan. The decoder goes without, and fills what is
+/// missing with gray, which would train detectors on pictures that no camera took. Within a scan every byte FF
+/// of data is escaped, so a marker there is a marker.
+fn jpeg_is_whole(file: &[u8]) -> bool {
+    let last = |marker: [u8; 2]| file.windows(2).rposition(|pair| pair == marker);
+    last([0xff, 0xd9]) > last([0xff, 0xda])
 }
 
 /// An image as 8-bit gray: colour as [`DynamicImage::to_luma8`] converts it, 16 bits as (v + 128) / 257, of
@@ -97,10 +114,10 @@ pub fn load_gray(path: &Path) -> Result<GrayImage, ImageError> {
 /// and orientation tags are ignored.
 ///
 /// ```
-/// use image::{DynamicImage, Gray16Image, Luma};
+/// use image::{DynamicImage, ImageBuffer, Luma};
 /// use vsonar::vision::to_gray;
 ///
-/// let deep = Gray16Image::from_fn(16, 16, |x, _| Luma([x as u16 * 257 + 129]));
+/// let deep = ImageBuffer::from_fn(16, 16, |x, _| Luma([x as u16 * 257 + 129]));
 /// assert_eq!(to_gray(DynamicImage::ImageLuma16(deep)).get_pixel(7, 0).0, [8]);
 /// ```
 pub fn to_gray(image: DynamicImage) -> GrayImage {

@@ -148,7 +148,7 @@ impl Scene {
         let cosine_square = 1.0 / (1.0 + (u * u + v * v) * tangent * tangent);
         let value = 255.0 * (light * cosine_square.sqrt() * s.exposure).sqrt();
         let noise = noise::normal(noise::hash(sensor, i64::from(x), i64::from(y))) * s.noise;
-        let lines = if y % 2 == 0 { s.interlace } else { -s.interlace };
+        let lines = if y.is_multiple_of(2) { s.interlace } else { -s.interlace };
         let moire = s.interlace * libm::sin(0.83 * f64::from(x) + 0.31 * f64::from(y));
         let value = (value + noise + lines + moire).round().clamp(0.0, 255.0) as u8;
         if s.digitizer && value < 32 { 16 } else { value }

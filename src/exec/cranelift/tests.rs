@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+use cranelift_codegen::ir::Function;
+use cranelift_codegen::verify_function;
+use cranelift_frontend::FunctionBuilderContext;
 use vsonar_ir::builder::LoopParts;
 use vsonar_ir::generate::SPECIAL;
 use vsonar_ir::machine::Scalar;
@@ -10,8 +13,10 @@ use vsonar_ir::{Builder, Direction, Leaf, Op, Program, Rect, Reg, Span, Ty};
 
 use super::compiler::Compiler;
 use super::emit::Shape;
+use super::entries;
 use super::helpers::Helpers;
 use super::lanes::LaneBlock;
+use super::target::{self, Effort};
 use crate::vision::LANES;
 
 /// Where the operation under test stands.
@@ -216,4 +221,26 @@ fn long_operations_have_helpers() {
         }
         assert!(helpers.address(Op::PDiv, shape).is_none());
     }
+}
+
+#[test]
+fn functions_pass_the_code_generators_verifier() {
+    let helpers = Helpers::new().expect("this machine has a back end");
+    let isa = target::host(Effort::Fast).expect("this machine has a back end");
+    let mut context = FunctionBuilderContext::new();
+    let mut verified = 0;
+    for seed in 0..300 {
+        let program = vsonar_ir::generate::program(seed, 32, 24, 40);
+        for program in [vsonar_ir::opt::optimise(&program), program] {
+            for (shape, helpers) in Shape::ALL.into_iter().flat_map(|s| [(s, None), (s, Some(&helpers))]) {
+                for kind in entries::entries(&program) {
+                    let mut f = Function::new();
+                    entries::function(&program, kind, shape, &*isa, helpers, &mut context, &mut f);
+                    verify_function(&f, &*isa).unwrap_or_else(|e| panic!("seed {seed}, {shape:?}: {e}\n{f}"));
+                    verified += 1;
+                }
+            }
+        }
+    }
+    assert!(verified > 1000, "only {verified} functions");
 }
