@@ -97,15 +97,20 @@ fn side_conditions_are_needed() {
 
 #[test]
 fn rows_stand_by_operation_and_have_names() {
-    let op = |i: usize| match RULES[i].from {
-        Pattern::Op(op, _) => op,
-        _ => panic!("{}: a row looks for an operation", RULES[i].name),
+    let op = |pattern: &Pattern| match pattern {
+        Pattern::Op(op, _) => *op,
+        other => panic!("a row looks for an operation, not for {other:?}"),
     };
-    for i in 1..RULES.len() {
-        let seen_before = (0..i - 1).any(|j| op(j) == op(i));
-        assert!(op(i) == op(i - 1) || !seen_before, "{}: rows of an operation stand together", RULES[i].name);
-        assert!((0..i).all(|j| RULES[j].name != RULES[i].name), "{} twice", RULES[i].name);
-    }
+    let mut ops: Vec<Op> = RULES.iter().map(|rule| op(&rule.from)).collect();
+    ops.dedup();
+    let blocks = ops.len();
+    ops.sort();
+    ops.dedup();
+    assert_eq!(ops.len(), blocks, "rows of an operation stand together");
+    let mut names: Vec<&str> = RULES.iter().map(|rule| rule.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), RULES.len(), "a name stands twice");
 }
 
 #[test]
