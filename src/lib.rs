@@ -2,6 +2,43 @@
 //!
 //! A detector takes a grayscale camera image and a column, and returns the row of the lowest non-ground pixel
 //! in it: a "visual sonar" (Martin, *Evolving Visual Sonar: Depth From Monocular Images*, 2006).
+//!
+//! What flows through the library:
+//!
+//! ```text
+//! images + labels --> operator planes --> strips of window averages --+
+//!   (dataset, world)     (vision)             (vision)                 +--> executor --> answers --> fitness
+//! individual --> lower --> IR program --> optimise --> machine code ---+     (exec)                  (evolve)
+//!   (tree)                   (ir)           (ir::opt)   (exec::cranelift)
+//! ```
+//!
+//! From data to a compiled detector, in the library's terms:
+//!
+//! ```
+//! use std::sync::{Arc, atomic::AtomicBool};
+//! use vsonar::detector::{CompiledDetector, Detector};
+//! use vsonar::evolve::{Evolution, Settings};
+//! use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
+//! use vsonar::world::Corridor;
+//!
+//! // Data: a folder with labels.csv (`Dataset::load`), or here a few small synthetic pictures.
+//! let corridor = Corridor { width: 64, height: 48, ..Corridor::default() };
+//! let (train, holdout) = (corridor.render(1, 4)?, corridor.render(2, 4)?);
+//!
+//! // A very small run, every individual compiled.
+//! let settings = Settings { population: 40, generations: 3, ..Settings::default_preset() };
+//! let executor = Arc::new(CraneliftExecutor::new(Shape::Lanes4)?);
+//! let mut run = Evolution::new(&train, settings, executor, 0)?;
+//! run.run(&AtomicBool::new(false), |record| assert!(record.best_fitness <= 1.0))?;
+//! let summary = run.summary(Some(&holdout))?.expect("generations were made");
+//! assert!(summary.train.fitness > 0.0 && summary.holdout.is_some());
+//!
+//! // The winner as native code, called on a picture.
+//! let detector = CompiledDetector::compile_individual(&summary.best, 64, 48)?;
+//! let mut rows = [0.0; 3];
+//! detector.detect(&holdout.images()[0].pixels, &[8, 32, 55], &mut rows)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod dataset;
 pub mod detector;

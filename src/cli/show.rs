@@ -171,7 +171,8 @@ impl NewFolder {
             return Err(CliError::Failed(format!("{}: does not name a new folder", path.display())));
         };
         if path.symlink_metadata().is_ok() {
-            let text = format!("{}: exists already and is never overwritten; choose another name", path.display());
+            let text =
+                format!("{}: exists already and is never overwritten; choose another name", path.display());
             return Err(CliError::Failed(text));
         }
         let mut hidden = std::ffi::OsString::from(".");
@@ -314,7 +315,10 @@ mod tests {
         let names = |images: &[&str]| file_names(images.iter().copied(), &sheet_names(1));
         assert_eq!(names(&["a.jpg", "d.x/b.pgm", "c", ".d"]), ["a.png", "d.x/b.png", "c.png", ".d.png"]);
         assert_eq!(names(&["a.png", "a.jpg", "A.bmp"]), ["a.png", "a.jpg.png", "A.bmp.png"]);
-        assert_eq!(names(&["a.png", "b.png", "a.jpg.png", "a.jpg"]), ["a.png", "b.png", "a.jpg.png", "a.jpg-2.png"]);
+        assert_eq!(
+            names(&["a.png", "b.png", "a.jpg.png", "a.jpg"]),
+            ["a.png", "b.png", "a.jpg.png", "a.jpg-2.png"]
+        );
         assert_eq!(names(&["contact-sheet.png"]), ["contact-sheet.png.png"]);
     }
 

@@ -79,12 +79,15 @@ impl Canvas {
         self.paint(area, colour, |x, y| x < hole.left || x >= hole.right || y < hole.top || y >= hole.bottom);
     }
 
-    /// The pixels whose centre is at a distance of `inner` to `outer` pixels from a pixel's centre.
+    /// A ring around a pixel, of the pixels that are `inner` to `outer` pixels from it, centre to centre and
+    /// rounded; a disc if `inner` is 0.
     pub(super) fn ring(&mut self, (cx, cy): (i64, i64), inner: i64, outer: i64, colour: Colour) {
         let side = 2 * outer + 1;
+        // in halves of a pixel: a ring of one pixel's width has no gaps
+        let (from, to) = ((2 * inner - 1).max(0), 2 * outer + 1);
         self.paint(Area::around((cx, cy), side, side), colour, |x, y| {
-            let square = (x - cx) * (x - cx) + (y - cy) * (y - cy);
-            (inner * inner..=outer * outer).contains(&square)
+            let square = 4 * ((x - cx) * (x - cx) + (y - cy) * (y - cy));
+            (from * from..to * to).contains(&square)
         });
     }
 
@@ -135,7 +138,12 @@ mod tests {
         assert_eq!(set(&c), [(3, 3), (4, 3), (5, 3), (3, 4), (5, 4), (3, 5), (4, 5), (5, 5)]);
         let mut c = canvas();
         c.ring((4, 4), 2, 2, WHITE);
-        assert_eq!(set(&c), [(4, 2), (2, 4), (6, 4), (4, 6)]);
+        let rows: Vec<_> = (0..9).map(|y| set(&c).iter().filter(|p| p.1 == y).count()).collect();
+        assert_eq!(rows, [0, 0, 3, 2, 2, 2, 3, 0, 0]);
+        assert!(set(&c).contains(&(2, 4)) && set(&c).contains(&(3, 2)) && !set(&c).contains(&(2, 2)));
+        let mut c = canvas();
+        c.ring((4, 4), 0, 1, WHITE);
+        assert_eq!(set(&c).len(), 9);
         let mut c = canvas();
         c.arrow((4, 0), 4, -1, WHITE);
         let rows: Vec<_> = (0..4).map(|y| set(&c).iter().filter(|p| p.1 == y).count()).collect();
