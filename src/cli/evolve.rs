@@ -22,7 +22,7 @@ const RUNS: &str = "runs";
 const EXAMPLES: &str = "\
 Examples:
   vsonar evolve
-      a small run on built-in images of a corridor; takes a minute or two
+      a small run on built-in images of a corridor; takes about a minute
   vsonar evolve --data photos --train-match 'run_[AB]*' --holdout-match 'run_C*'
       train on two drives, test on the third
   vsonar evolve --data photos --preset paper --seed 3 --out runs/as-published

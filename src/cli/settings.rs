@@ -9,9 +9,9 @@ use super::CliError;
 use super::output::grouped;
 
 /// Individuals in a generation of a run on the built-in corridor, unless something else is asked for.
-pub(crate) const SMALL_POPULATION: u32 = 1000;
+pub(crate) const SMALL_POPULATION: u32 = 3000;
 /// Generations of such a run.
-pub(crate) const SMALL_GENERATIONS: u32 = 21;
+pub(crate) const SMALL_GENERATIONS: u32 = 31;
 
 /// The presets by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
