@@ -18,7 +18,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => vsonar::world::default_dataset(1),
     };
     let floor = Constants::learn(&data, vsonar::dataset::TOLERANCE).score(&data);
-    println!("{}: {} cases, best constant per column {:.1} %", data.name(), data.cases().len(), 100.0 * floor.per_column_share());
+    println!(
+        "{}: {} cases, best constant per column {:.1} %",
+        data.name(),
+        data.cases().len(),
+        100.0 * floor.per_column_share()
+    );
 
     let settings = Settings { population: 500, generations: 11, ..Settings::default_preset() };
     let executor = Arc::new(CraneliftExecutor::new(Shape::Lanes4)?);

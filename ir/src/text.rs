@@ -1,4 +1,4 @@
-//! The `.vir` text form: printed by [`print`], read by [`parse`], an exact round trip.
+//! The `.vir` text form: printed by [`print()`], read by [`parse`], an exact round trip.
 //!
 //! Line by line: a version, the image size, then one or two loops. Indentation is free, `;` starts a comment
 //! to the end of the line, blank lines count for nothing.
