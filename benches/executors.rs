@@ -16,14 +16,14 @@ use vsonar::evolve::{Evolution, Settings};
 use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
 use vsonar::exec::reference::ReferenceExecutor;
 use vsonar::exec::tree::TreeExecutor;
-use vsonar::exec::{Candidate, Executor, Worker};
+use vsonar::exec::{Candidate, Executor, Timing, Worker};
 use vsonar::tree::Individual;
 use vsonar::vision::CaseSet;
 
 /// How many fresh individuals of a generation are run.
-const SAMPLE: usize = 48;
+const SAMPLE: usize = 200;
 /// How often the executors take turns.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 3;
 
 fn data() -> Dataset {
     let real = std::env::var_os("VSONAR_DATA").map(|folder| std::path::Path::new(&folder).join("corridor"));
@@ -67,15 +67,15 @@ fn populations(data: &Dataset) -> Vec<(u32, Vec<Individual>)> {
     out
 }
 
-fn run(worker: &mut dyn Worker, individuals: &[Individual], cases: &CaseSet) -> f32 {
+fn run(worker: &mut dyn Worker, individuals: &[Individual], cases: &CaseSet) -> Timing {
     let mut answers = vec![0.0; cases.len()];
-    let mut sum = 0.0;
+    let mut timing = Timing::default();
     for individual in individuals {
         let candidate = Candidate::new(individual, cases.width(), cases.height());
-        worker.answers(&candidate, cases, &mut answers).expect("the program compiles");
-        sum += answers[0];
+        timing += worker.answers(&candidate, cases, &mut answers).expect("the program compiles");
+        black_box(&answers);
     }
-    sum
+    timing
 }
 
 fn main() {
@@ -103,12 +103,15 @@ fn main() {
     criterion.final_summary();
 
     for (generation, individuals) in &populations {
-        let mut best = vec![Duration::MAX; workers.len()];
+        let mut best = vec![(Duration::MAX, Timing::default()); workers.len()];
         for _ in 0..ROUNDS {
             for (worker, best) in workers.iter_mut().zip(&mut best) {
                 let start = Instant::now();
-                black_box(run(worker.as_mut(), individuals, &cases));
-                *best = start.elapsed().min(*best);
+                let timing = run(worker.as_mut(), individuals, &cases);
+                let elapsed = start.elapsed();
+                if elapsed < best.0 {
+                    *best = (elapsed, timing);
+                }
             }
         }
         println!(
@@ -116,13 +119,17 @@ fn main() {
             individuals.len(),
             cases.len()
         );
-        let tree = best[best.len() - 1];
-        for (executor, best) in executors.iter().zip(&best) {
+        let tree = best[best.len() - 1].0;
+        let each = |time: Duration| time.as_secs_f64() * 1e3 / individuals.len() as f64;
+        for (executor, (elapsed, timing)) in executors.iter().zip(&best) {
             println!(
-                "  {:<17} {:9.3} ms an individual, {:6.1} times the walker's speed",
+                "  {:<17} {:9.3} ms an individual ({:.3} lowering, {:.3} compiling, {:.3} executing), {:6.1} times the walker's speed",
                 executor.name(),
-                best.as_secs_f64() * 1e3 / individuals.len() as f64,
-                tree.as_secs_f64() / best.as_secs_f64()
+                each(*elapsed),
+                each(timing.lower),
+                each(timing.compile),
+                each(timing.execute),
+                tree.as_secs_f64() / elapsed.as_secs_f64()
             );
         }
     }
