@@ -120,12 +120,15 @@ impl CompiledDetector {
     /// Lowers, optimises and compiles an individual for images of `width` x `height` pixels.
     ///
     /// # Errors
-    /// As [`CompiledDetector::compile`].
+    /// As [`CompiledDetector::compile`], or if there cannot be programs for images of this size.
     pub fn compile_individual(
         individual: &Individual,
         width: u32,
         height: u32,
     ) -> Result<CompiledDetector, ExecError> {
+        if !Program::fits(width, height) {
+            return Err(ExecError::Side { width, height });
+        }
         let program = vsonar_ir::opt::optimise(&crate::lower::lower(individual, width, height));
         CompiledDetector::compile(&program)
     }

@@ -24,7 +24,7 @@ use crate::tree::{Individual, Node, Tree};
 /// The program of an individual for images of `width` x `height` pixels.
 ///
 /// # Panics
-/// If a side of the image is outside [`Program::MIN_SIDE`]..=[`Program::MAX_SIDE`].
+/// If there cannot be programs for images of this size ([`Program::fits`]).
 pub fn lower(individual: &Individual, width: u32, height: u32) -> Program {
     let loop_of = |tree: &Tree| lower_tree(tree, width, height);
     Program::new(width, height, individual.first().map(loop_of), loop_of(individual.second()))

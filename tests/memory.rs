@@ -4,6 +4,7 @@
 mod common;
 
 use common::{case_set, image};
+use vsonar::detector::CompiledDetector;
 use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
 use vsonar::ir::generate::{self, Random};
 use vsonar::ir::{Program, opt};
@@ -38,4 +39,16 @@ fn memory_stays_flat_over_a_hundred_thousand_compilations() {
     let after = resident();
     // Leaking the code alone would take a page a program, 380 MB.
     assert!(after < before + (24 << 20), "{before} bytes grew to {after}");
+
+    // Detectors own their code one by one.
+    let compile = |count: usize| {
+        for i in 0..count {
+            CompiledDetector::compile(&programs[i % programs.len()]).expect("compiles");
+        }
+    };
+    compile(500);
+    let before = resident();
+    compile(5_000);
+    let after = resident();
+    assert!(after < before + (8 << 20), "{before} bytes grew to {after} with detectors");
 }

@@ -140,17 +140,16 @@ impl Builder {
             }
             regs[i] = reg;
         }
-        let valid = if op.is_leaf() {
-            Leaf::decode(op, imm).is_some()
-        } else if op.has_shift() {
-            imm < 32
+        let stored = if op.is_leaf() {
+            // Encoded again, so that every NaN constant is the one NaN.
+            Leaf::decode(op, imm).map(|leaf| leaf.encode().1)
         } else {
-            imm == 0
+            (imm < if op.has_shift() { 32 } else { 1 }).then_some(imm)
         };
-        if !valid {
-            return Err(BuildError::Immediate { op: op.name(), imm });
+        match stored {
+            Some(imm) => Ok(Inst::new(op, regs, imm)),
+            None => Err(BuildError::Immediate { op: op.name(), imm }),
         }
-        Ok(Inst::new(op, regs, imm))
     }
 }
 
@@ -231,5 +230,30 @@ impl Program {
     /// Puts a program together that its maker vouches for; debug builds verify it all the same.
     pub(crate) fn assemble(width: u32, height: u32, first: Option<LoopParts>, second: LoopParts) -> Program {
         Program { width, height, first: first.map(LoopParts::build), second: second.build() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_nan_constant_is_the_one_nan() {
+        let mut b = Builder::new();
+        let with_payload = b.push_imm(Op::Const, &[], 0xffc0_0001).expect("a constant");
+        let canonical = b.leaf(Leaf::Const(f32::NAN));
+        let block = b.finish();
+        assert_eq!(block.inst(with_payload), block.inst(canonical));
+    }
+
+    #[test]
+    fn immediates_out_of_range_are_refused() {
+        let mut b = Builder::new();
+        let i = b.leaf(Leaf::IConst(1));
+        assert!(b.push_imm(Op::IShl, &[i], 31).is_ok());
+        let fault = b.push_imm(Op::IShl, &[i], 32);
+        assert_eq!(fault, Err(BuildError::Immediate { op: "ishl", imm: 32 }));
+        assert!(b.push_imm(Op::Read, &[], 5).is_err());
+        assert!(b.push_imm(Op::IAdd, &[i, i], 1).is_err());
     }
 }

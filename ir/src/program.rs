@@ -325,6 +325,13 @@ impl Program {
     /// The largest image side, in pixels.
     pub const MAX_SIDE: u32 = 1 << 16;
 
+    /// Whether there can be programs for images of `width` x `height` pixels: each side is
+    /// [`Program::MIN_SIDE`] to [`Program::MAX_SIDE`].
+    pub const fn fits(width: u32, height: u32) -> bool {
+        let (min, max) = (Program::MIN_SIDE, Program::MAX_SIDE);
+        width >= min && width <= max && height >= min && height <= max
+    }
+
     /// Width of the images, in pixels.
     pub const fn width(&self) -> u32 {
         self.width

@@ -19,12 +19,13 @@ pub struct Outcome {
     pub positions: [u32; 2],
 }
 
-/// The answer of the program in the column `x_obstacle` (in pixels) of the image behind `windows`: a row.
+/// The answer of the program in the column `x_obstacle` (in pixels: finite and at least +0, as the optimiser may
+/// assume) of the image behind `windows`: a row.
 pub fn answer<W: Windows + ?Sized>(program: &Program, windows: &W, x_obstacle: f32) -> f32 {
     run(program, windows, x_obstacle).second[0]
 }
 
-/// Runs both loops.
+/// Runs both loops. `x_obstacle` is as for [`answer`].
 pub fn run<W: Windows + ?Sized>(program: &Program, windows: &W, x_obstacle: f32) -> Outcome {
     let case = Case { program, windows, x_obstacle };
     let (first, n1) = program.first().map_or(([0.0; 5], 0), |l| case.run_loop(l, [0.0; 5]));

@@ -155,8 +155,7 @@ pub enum VerifyError {
 /// The first fault found, in the order of the text form.
 pub fn verify(program: &Program) -> Result<(), VerifyError> {
     let (width, height) = (program.width(), program.height());
-    let sides = Program::MIN_SIDE..=Program::MAX_SIDE;
-    if !sides.contains(&width) || !sides.contains(&height) {
+    if !Program::fits(width, height) {
         return Err(VerifyError::ImageSize { width, height });
     }
     if let Some(first) = program.first() {

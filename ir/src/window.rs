@@ -255,7 +255,8 @@ pub struct WindowAt {
 
 /// What answers for window averages: an image's window sums, or any function in tests.
 pub trait Windows {
-    /// The average over the window. The rectangle lies wholly inside the image.
+    /// The average over the window, finite and at least +0 (the optimiser relies on it). The rectangle lies wholly
+    /// inside the image.
     fn average(&self, at: WindowAt) -> f32;
 }
 

@@ -38,6 +38,9 @@ impl<'a> Candidate<'a> {
     }
 
     /// The optimised program, lowered on first use.
+    ///
+    /// # Panics
+    /// If there cannot be programs for images of the candidate's size ([`Program::fits`]).
     pub fn program(&self) -> &Program {
         self.program.get_or_init(|| {
             let start = std::time::Instant::now();
@@ -88,6 +91,15 @@ pub enum ExecError {
         /// Width of the cases' images.
         width: u32,
         /// Height of the cases' images.
+        height: u32,
+    },
+    /// No program is for images of this size.
+    #[error("images of {width}x{height} pixels are not possible: each side must be {min} to {max}",
+        min = Program::MIN_SIDE, max = Program::MAX_SIDE)]
+    Side {
+        /// Width asked for.
+        width: u32,
+        /// Height asked for.
         height: u32,
     },
     /// Code could not be generated.

@@ -56,7 +56,8 @@ impl Walk {
     }
 }
 
-/// The individual's answer for one case. See [`Walker::walk`].
+/// The individual's answer for one case, `x_obstacle` being a column in pixels, finite and at least +0. See
+/// [`Walker::walk`].
 pub fn answer<W: Windows + ?Sized>(
     individual: &Individual,
     width: u32,
