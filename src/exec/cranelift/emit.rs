@@ -62,30 +62,19 @@ pub(crate) struct Emitter<'a, 'f> {
     blend: bool,
     constants: Constants,
     helpers: Option<&'a Helpers>,
-    /// Whether operations with a helper call it just now.
-    calls: bool,
     /// Signatures of helper calls made so far, by shape and number of operands.
     signatures: Vec<((Shape, usize), SigRef)>,
 }
 
 impl<'a, 'f> Emitter<'a, 'f> {
-    /// An emitter for values of `shape`. With `helpers`, operations that have one are called, not expanded,
-    /// unless [`Emitter::set_calls`] says otherwise.
+    /// An emitter for values of `shape`. With `helpers`, operations that have one are called, not expanded.
     pub(crate) fn new(
         b: &'a mut FunctionBuilder<'f>,
         isa: &dyn TargetIsa,
         shape: Shape,
         helpers: Option<&'a Helpers>,
     ) -> Emitter<'a, 'f> {
-        Emitter {
-            b,
-            shape,
-            blend: has_blend(isa),
-            constants: Vec::new(),
-            helpers,
-            calls: true,
-            signatures: Vec::new(),
-        }
+        Emitter { b, shape, blend: has_blend(isa), constants: Vec::new(), helpers, signatures: Vec::new() }
     }
 
     /// The shape of the values being computed.
@@ -98,11 +87,6 @@ impl<'a, 'f> Emitter<'a, 'f> {
         self.shape = shape;
     }
 
-    /// Whether operations that have a helper call it from here on, or are expanded.
-    pub(crate) fn set_calls(&mut self, calls: bool) {
-        self.calls = calls;
-    }
-
     /// Starts to fill a block. Constants are made anew in each, which costs less than keeping them in
     /// registers or stack slots from block to block.
     pub(crate) fn switch_to_block(&mut self, block: ir::Block) {
@@ -112,9 +96,7 @@ impl<'a, 'f> Emitter<'a, 'f> {
 
     /// One operation that is no leaf.
     pub(crate) fn operation(&mut self, op: Op, args: &[Value<Self>], imm: u32) -> Value<Self> {
-        if self.calls
-            && let Some(address) = self.helpers.and_then(|h| h.address(op, self.shape))
-        {
+        if let Some(address) = self.helpers.and_then(|h| h.address(op, self.shape)) {
             return Value::F32(self.call(address, args));
         }
         op.apply(self, args, imm).expect("a leaf does not come here")

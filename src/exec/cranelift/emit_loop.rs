@@ -193,9 +193,6 @@ impl LoopEmitter<'_, '_> {
             if region == Region::Uniform {
                 e.set_shape(Shape::Scalar);
             }
-            // What runs at every row is expanded (see `helpers`): a call stores all registers around it, which
-            // costs more than the longer compilation from about a quarter of the usual rows on.
-            e.set_calls(false);
             for index in self.l.region(region) {
                 let (reg, inst) = (Reg(index as u32), self.frame.insts[index]);
                 match inst.leaf() {
@@ -204,7 +201,6 @@ impl LoopEmitter<'_, '_> {
                 }
             }
             e.set_shape(shape);
-            e.set_calls(true);
         }
     }
 
