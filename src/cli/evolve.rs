@@ -29,11 +29,13 @@ Examples:
       the published method as it stands
   vsonar evolve --data photos --nodes -raw --trees 1 --set selection.tournament=3
       other settings
+  vsonar evolve --settings runs/photos-seed-1/settings.toml --seed 2
+      the same data and settings again, with another seed
   vsonar evolve --resume runs/photos-seed-1 --generations 100
       go on with a run that was stopped, or add generations
 
 The run folder holds best.gp (the best program so far), log.jsonl (a line a generation), hall_of_fame.jsonl,
-settings.toml (every setting in full) and the checkpoint that --resume goes on from. A run is a function of data,
+settings.toml (every setting in full, and the data) and the checkpoint that --resume goes on from. A run is a function of data,
 settings and seed: threads, executor and interruptions change nothing but the time it takes.";
 
 /// Evolve a detector on labelled images
@@ -77,6 +79,8 @@ struct Prepared {
     evolution: Evolution,
     cases: Cases,
     source: Source,
+    /// The settings file that names the source, if no flag does.
+    named: Option<PathBuf>,
     folder: PathBuf,
 }
 
@@ -107,8 +111,14 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 
 /// A new run. What can be wrong is found before the run folder is made.
 fn fresh(args: &Args) -> Result<Prepared, CliError> {
-    let source = args.data.source()?;
-    let settings = args.settings.settings(source.is_synthetic())?;
+    let file = args.settings.file()?;
+    let named = file.as_ref().filter(|_| !args.data.given()).and_then(|f| Some((f.data()?, f.path())));
+    let source = match named {
+        Some((data, path)) => Source::from_table(data, path)?.named_in(path)?,
+        None => args.data.source()?,
+    };
+    let small = named.is_none() && source.is_synthetic();
+    let settings = args.settings.settings(file.as_ref(), small)?;
     let executor = args.executor.make()?;
     if let Some(out) = &args.out
         && out.symlink_metadata().is_ok()
@@ -117,18 +127,23 @@ fn fresh(args: &Args) -> Result<Prepared, CliError> {
     }
     let cases = source.load()?;
     let threads = usize::from(args.threads.unwrap_or(0));
-    let table = source.to_table()?;
+    let table = source.to_table(&cases)?;
     let folder = match &args.out {
         Some(out) => RunFolder::create(out, &settings, &table)?,
         None => RunFolder::create_numbered(Path::new(RUNS), &source.name(), &settings, &table)?,
     };
-    let path = folder.path().to_path_buf();
-    let evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads);
-    let evolution = evolution.inspect_err(|_| {
-        // Nothing was evolved, and the folder was made a moment ago: it is not left behind.
-        let _ = std::fs::remove_dir_all(&path);
-    })?;
-    Ok(Prepared { evolution, cases, source, folder: path })
+    let (path, made) = (folder.path().to_path_buf(), folder.made());
+    match Evolution::in_folder(folder, &cases.train, settings, executor, threads) {
+        Ok(evolution) => {
+            let named = named.map(|(_, path)| path.to_path_buf());
+            Ok(Prepared { evolution, cases, source, named, folder: path })
+        }
+        Err(error) => {
+            // Nothing was evolved, and the folder was made a moment ago: it is not left behind.
+            made.take_back();
+            Err(error.into())
+        }
+    }
 }
 
 /// A run that goes on.
@@ -137,12 +152,13 @@ fn resume(args: &Args, path: &Path) -> Result<Prepared, CliError> {
     if let Some(generations) = args.settings.generations {
         settings = more(settings, generations)?;
     }
-    let source = Source::from_table(folder.data(), path)?;
+    let source = Source::from_table(folder.data(), &path.join("settings.toml"))?;
     let executor = args.executor.make()?;
     let cases = source.load()?;
+    cases.check_holdout(folder.data(), path)?;
     let threads = usize::from(args.threads.unwrap_or(0));
     let evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads)?;
-    Ok(Prepared { evolution, cases, source, folder: path.to_path_buf() })
+    Ok(Prepared { evolution, cases, source, named: None, folder: path.to_path_buf() })
 }
 
 fn more(settings: Settings, generations: u32) -> Result<Settings, CliError> {
@@ -165,8 +181,9 @@ fn announce(run: &Prepared, args: &Args, style: Style) -> Result<(), CliError> {
     } else {
         format!(", resumed after {}", count(done.into(), "generation"))
     };
+    let named = run.named.as_ref().map_or(String::new(), |file| format!(", as {} says", file.display()));
     output::print(&format!(
-        "Training on {} ({} in {} of {} x {} pixels)\n{} individuals, {}, seed {}{again}; recorded in {}\n",
+        "Training on {}{named} ({} in {} of {} x {} pixels)\n{} individuals, {}, seed {}{again}; recorded in {}\n",
         run.source.describe(),
         count(cases, "case"),
         count(run.cases.train.images().len() as u64, "image"),

@@ -1,4 +1,4 @@
-//! Ctrl-C: the first asks the run to stop and save, the second ends the process at once.
+//! Ctrl-C: the first asks the command to stop and leave things in order, the second ends the process at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -64,9 +64,21 @@ fn temporary(path: &Path) -> io::Result<PathBuf> {
 /// The path as one word of a shell's command line, so that what is printed can be copied.
 pub(crate) fn shell_word(path: &Path) -> String {
     let text = path.display().to_string();
+    // Quotes do not keep a command from taking what begins with a dash for a flag.
+    quoted(&if text.starts_with('-') { format!("./{text}") } else { text })
+}
+
+/// A flag with its value, of which one does not know what it begins with, as words of a shell's command line.
+pub(crate) fn shell_flag(flag: &str, value: &str) -> String {
+    let between = if value.starts_with('-') { "=" } else { " " };
+    format!("{flag}{between}{}", quoted(value))
+}
+
+/// The text as it is, or between quotes if a shell would take it for something else.
+fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "/._-+,:@%=".contains(c);
-    let safe = !text.is_empty() && !text.starts_with('-') && text.chars().all(plain);
-    if safe { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+    let safe = !text.is_empty() && !text.starts_with('=') && text.chars().all(plain);
+    if safe { text.to_string() } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
 /// The path as it is shortest to type: from the current folder on, if it is in it.
@@ -136,7 +148,11 @@ mod tests {
         let word = |text: &str| shell_word(Path::new(text));
         assert_eq!(word("runs/a-1.gp"), "runs/a-1.gp");
         assert_eq!(word("my runs/it's"), r"'my runs/it'\''s'");
-        assert_eq!((word("-x"), word("")), ("'-x'".to_string(), "''".to_string()));
+        assert_eq!([word("-x"), word("- x"), word("")], ["./-x", "'./- x'", "''"]);
+        let flag = |value| shell_flag("--match", value);
+        assert_eq!(flag("run_[AB]*"), "--match 'run_[AB]*'");
+        assert_eq!([flag("-a"), flag("-*"), flag("=a")], ["--match=-a", "--match='-*'", "--match '=a'"]);
+        assert_eq!(flag("it's {a,b}"), r"--match 'it'\''s {a,b}'");
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! The settings of a run from preset, file and flags, each over the one before.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use vsonar::evolve::{Preset, Settings, SettingsError};
+use vsonar::evolve::{Draft, Preset, Settings, SettingsError};
 
 use super::CliError;
 use super::output::grouped;
@@ -76,7 +76,9 @@ pub(crate) struct SettingsArgs {
     /// Where the settings start from [default: default]
     #[arg(long, value_name = "NAME")]
     preset: Option<PresetName>,
-    /// Settings from a TOML file, or those of another run (its settings.toml); flags go before it
+    /// Settings from a TOML file, or those of another run (its settings.toml) with its data; flags go before it
+    ///
+    /// The data are those of the file's table [data], unless `--data` names others.
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
     #[arg(long, value_name = "N", help = seed_help())]
@@ -105,53 +107,97 @@ pub(crate) struct SettingsArgs {
 impl SettingsArgs {
     /// The settings: those of the preset, over them the file's, `--set` in order, and the flags. A run on the
     /// built-in corridor (`small`) starts from a smaller population and fewer generations.
-    pub(crate) fn settings(&self, small: bool) -> Result<Settings, CliError> {
+    /// What they come to is checked at the end, so that the order of changes that go together does not matter.
+    pub(crate) fn settings(&self, file: Option<&SettingsFile>, small: bool) -> Result<Settings, CliError> {
         let mut settings = Settings::preset(self.preset.unwrap_or(PresetName::Default).into());
         if small {
             (settings.population, settings.generations) = (SMALL_POPULATION, SMALL_GENERATIONS);
         }
-        if let Some(path) = &self.settings {
-            let text =
-                std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read the file", &e))?;
-            if self.preset.is_some() && names_preset(&text) {
+        let mut draft = Draft::new(settings);
+        if let Some(file) = file {
+            if self.preset.is_some() && file.names_preset() {
                 let text = format!(
                     "{}: the file names a preset itself; leave out `--preset`, or take the line out of the file",
-                    path.display()
+                    file.name()
                 );
                 return Err(CliError::Usage(text));
             }
-            settings = settings.with_toml(&text, &path.display().to_string())?;
+            draft.lay_over(&file.text, &file.name())?;
         }
         for assignment in &self.set {
-            settings = set(settings, assignment)?;
+            set(&mut draft, assignment)?;
         }
         for change in &self.nodes {
-            settings.nodes.edit(change).map_err(|e| CliError::Usage(format!("--nodes: {e}")))?;
+            let edited = draft.change("nodes", |settings| settings.nodes.edit(change));
+            edited.map_err(|e| CliError::Usage(format!("--nodes: {e}")))?;
         }
-        replace(&mut settings.seed, self.seed);
-        replace(&mut settings.population, self.population);
-        replace(&mut settings.generations, self.generations);
-        replace(&mut settings.trees, self.trees);
-        replace(&mut settings.tolerance, self.tolerance);
-        settings.validate().map_err(|e| CliError::Usage(e.to_string()))?;
-        Ok(settings)
+        replace(&mut draft, "seed", self.seed, |s| &mut s.seed);
+        replace(&mut draft, "population", self.population, |s| &mut s.population);
+        replace(&mut draft, "generations", self.generations, |s| &mut s.generations);
+        replace(&mut draft, "trees", self.trees, |s| &mut s.trees);
+        replace(&mut draft, "tolerance", self.tolerance, |s| &mut s.tolerance);
+        draft.finish().map_err(|error| match error {
+            SettingsError::ValueAt { file: giver, fault, .. }
+                if Some(&giver) != file.map(|f| f.name()).as_ref() =>
+            {
+                CliError::Usage(format!("{giver}: {fault}"))
+            }
+            at @ SettingsError::ValueAt { .. } => at.into(),
+            other => CliError::Usage(other.to_string()),
+        })
+    }
+
+    /// The settings file, if one is named.
+    pub(crate) fn file(&self) -> Result<Option<SettingsFile>, CliError> {
+        self.settings.as_deref().map(SettingsFile::read).transpose()
     }
 }
 
-fn replace<T>(field: &mut T, flag: Option<T>) {
+/// A settings file as it is read, before it is looked at as settings.
+pub(crate) struct SettingsFile {
+    path: PathBuf,
+    text: String,
+    /// Its content; empty if it is no TOML, which is reported by whoever reads it as settings.
+    table: toml::Table,
+}
+
+impl SettingsFile {
+    fn read(path: &Path) -> Result<SettingsFile, CliError> {
+        let text = std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read the file", &e))?;
+        let table = toml::from_str(&text).unwrap_or_default();
+        Ok(SettingsFile { path: path.to_path_buf(), text, table })
+    }
+
+    /// Where it is.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Its table `[data]`, if it has one.
+    pub(crate) fn data(&self) -> Option<&toml::Table> {
+        self.table.get("data")?.as_table()
+    }
+
+    fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    fn names_preset(&self) -> bool {
+        self.table.contains_key("preset")
+    }
+}
+
+/// Sets a field to what its flag says, if it is there.
+fn replace<T>(draft: &mut Draft, name: &str, flag: Option<T>, field: impl FnOnce(&mut Settings) -> &mut T) {
     if let Some(value) = flag {
-        *field = value;
+        draft.change(name, |settings| *field(settings) = value);
     }
-}
-
-/// Whether a settings file has a line `preset = ...`. What is no TOML is reported by whoever reads it.
-fn names_preset(text: &str) -> bool {
-    toml::from_str::<toml::Table>(text).is_ok_and(|table| table.contains_key("preset"))
 }
 
 /// Sets a field by its dotted name.
-fn set(settings: Settings, assignment: &str) -> Result<Settings, CliError> {
-    let usage = |text: String| CliError::Usage(format!("--set {assignment}: {text}"));
+fn set(draft: &mut Draft, assignment: &str) -> Result<(), CliError> {
+    let flag = format!("--set {assignment}");
+    let usage = |text: String| CliError::Usage(format!("{flag}: {text}"));
     let Some((key, value)) = assignment.split_once('=') else {
         return Err(usage("write it as KEY=VALUE, e.g. `--set selection.tournament=3`".to_string()));
     };
@@ -166,7 +212,7 @@ fn set(settings: Settings, assignment: &str) -> Result<Settings, CliError> {
     for part in parts {
         table = std::iter::once((part, toml::Value::Table(table))).collect();
     }
-    settings.with_toml(&table.to_string(), "--set").map_err(|error| match error {
+    draft.lay_over(&table.to_string(), &flag).map_err(|error| match error {
         SettingsError::Syntax { message, .. } => usage(format!(
             "{message}; every setting with its meaning stands in the settings.toml of a run folder"
         )),
@@ -189,7 +235,8 @@ mod tests {
     use super::*;
 
     fn settings(args: SettingsArgs) -> Result<Settings, String> {
-        args.settings(false).map_err(|error| match error {
+        let settings = args.file().and_then(|file| args.settings(file.as_ref(), false));
+        settings.map_err(|error| match error {
             CliError::Usage(text) | CliError::Failed(text) => text,
             other => format!("{other:?}"),
         })
@@ -266,6 +313,45 @@ mod tests {
             let error = with_set(&[assignment]).expect_err(assignment);
             assert!(error.contains("--set") && error.contains(said), "{assignment}: {error}");
         }
+    }
+
+    #[test]
+    fn only_what_changes_come_to_is_checked() {
+        let deep = ["creation.min_depth=10", "creation.max_depth=12"];
+        for order in [[deep[0], deep[1]], [deep[1], deep[0]]] {
+            let creation = with_set(&order).expect("sound together").creation;
+            assert_eq!((creation.min_depth, creation.max_depth), (10, 12));
+        }
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let path = dir.path().join("my.toml");
+        std::fs::write(&path, "seed = 2\n[creation]\nmin_depth = 10\n").expect("writable");
+        let file = |set: &[&str]| {
+            let set = set.iter().map(|a| a.to_string()).collect();
+            settings(SettingsArgs { settings: Some(path.clone()), set, ..none() })
+        };
+        assert_eq!(file(&["creation.max_depth=12"]).map(|s| s.creation.min_depth), Ok(10));
+        // Whoever spoke last is to blame.
+        let error = file(&[]).expect_err("too deep");
+        assert!(error.contains("my.toml:3:13: ") && error.contains("creation.max_depth"), "{error}");
+        let error = file(&["creation.max_depth=8"]).expect_err("too deep");
+        assert!(error.starts_with("--set creation.max_depth=8: ") && error.contains("min_depth"), "{error}");
+        // Names and types are looked at at once.
+        let error = file(&["creation.max_depth=deep", "creation.min_depth=2"]).expect_err("no number");
+        assert!(error.starts_with("--set creation.max_depth=deep: "), "{error}");
+    }
+
+    #[test]
+    fn plain_columns_need_their_node() {
+        let nodes = vec!["-constant,-x-obstacle".to_string()];
+        let error = settings(SettingsArgs { nodes: nodes.clone(), ..none() }).expect_err("left out");
+        for part in ["`x-obstacle`", "`--set creation.plain_column_probability=0`"] {
+            assert!(error.contains(part), "{error}");
+        }
+        let set = vec!["creation.plain_column_probability=0".to_string()];
+        let left = settings(SettingsArgs { nodes: nodes.clone(), set, ..none() }).expect("as told");
+        assert_eq!((weight(&left, "x-obstacle"), left.creation.plain_column_probability), (0, 0.0));
+        let paper = Some(PresetName::Paper);
+        settings(SettingsArgs { nodes, preset: paper, ..none() }).expect("no plain columns there");
     }
 
     #[test]

@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use image::{ImageFormat, RgbImage};
 use rayon::prelude::*;
@@ -14,7 +16,7 @@ use vsonar::world::{Corridor, FRAMES};
 
 use super::executor::{Choice, answers};
 use super::output::{self, count, percent};
-use super::{CliError, eval, source};
+use super::{CliError, eval, interrupt, source};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -67,6 +69,12 @@ pub(crate) struct Args {
 
 /// Draws the pictures.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
+    pictures(args, interrupt::stop_flag)
+}
+
+/// Draws the pictures. `watch` is called once there is something that Ctrl-C must not leave behind, and gives
+/// the flag that it sets.
+fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError>) -> Result<(), CliError> {
     let individual = Individual::load(&args.program)?;
     let mut folder = NewFolder::check(&args.out)?;
     let executor = args.executor.make()?;
@@ -97,10 +105,16 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 
     let sheets = sheet_names(set.images().len());
     let names = file_names(set.images().iter().map(|i| i.name.as_str()), &sheets);
+    let stop = watch()?;
+    let go_on = || match stop.load(Ordering::Relaxed) {
+        true => Err(CliError::Interrupted("interrupted; no pictures were written".to_string())),
+        false => Ok(()),
+    };
     folder.make()?;
     let indices: Vec<usize> = (0..set.images().len()).collect();
     for (sheet, part) in sheets.iter().zip(indices.chunks(SHEET_TILES)) {
         let tile = |&i: &usize| -> Result<Tile, CliError> {
+            go_on()?;
             let image = &set.images()[i];
             let picture = draw(&image.pixels, &columns[i], &style);
             folder.write(&names[i], &picture)?;
@@ -108,8 +122,10 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             Ok(Tile::new(&picture, &image.name, correct, columns[i].len()))
         };
         let tiles = part.par_iter().map(tile).collect::<Result<Vec<Tile>, CliError>>()?;
+        go_on()?;
         folder.write(sheet, &contact_sheet(&tiles, args.sheet_columns as usize, &heading))?;
     }
+    go_on()?;
     folder.finish()?;
     output::print(&format!(
         "{}: {}, all of them on {}\n{result}\n",
@@ -251,6 +267,11 @@ mod tests {
         }
     }
 
+    /// A process can watch for Ctrl-C only once, so the tests do not.
+    fn shown(args: Args) -> Result<(), CliError> {
+        pictures(args, || Ok(Arc::default()))
+    }
+
     fn entries(dir: &Path) -> Vec<String> {
         let entries = fs::read_dir(dir).expect("a folder").map(|e| e.expect("readable"));
         let mut names: Vec<_> = entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
@@ -261,7 +282,7 @@ mod tests {
     #[test]
     fn writes_a_picture_an_image_and_a_sheet() {
         let dir = place(&["a.png", "sub/b.png", "c.png"]);
-        run(args(dir.path())).expect("sound input");
+        shown(args(dir.path())).expect("sound input");
         assert_eq!(entries(dir.path()), ["data", "out", "p.gp"]);
         assert_eq!(entries(&dir.path().join("out")), ["a.png", "c.png", "contact-sheet.png", "sub"]);
         assert_eq!(entries(&dir.path().join("out/sub")), ["b.png"]);
@@ -275,7 +296,7 @@ mod tests {
     #[test]
     fn a_pattern_selects() {
         let dir = place(&["a.png", "b.png"]);
-        run(Args { pattern: Some("b*".into()), ..args(dir.path()) }).expect("sound input");
+        shown(Args { pattern: Some("b*".into()), ..args(dir.path()) }).expect("sound input");
         assert_eq!(entries(&dir.path().join("out")), ["b.png", "contact-sheet.png"]);
     }
 
@@ -283,7 +304,7 @@ mod tests {
     fn errors_leave_nothing_behind() {
         let dir = place(&["a.png"]);
         let before = entries(dir.path());
-        let fails = |args: Args, text: &str| match run(args) {
+        let fails = |args: Args, text: &str| match shown(args) {
             Err(CliError::Failed(message)) => assert!(message.contains(text), "{message}"),
             other => panic!("{other:?}"),
         };
@@ -308,6 +329,15 @@ mod tests {
         folder.finish().expect_err("in the way");
         assert_eq!(fs::read(dir.path().join("out")).expect("still there"), b"theirs");
         assert_eq!(entries(dir.path()), ["data", "out", "p.gp"]);
+    }
+
+    #[test]
+    fn an_interruption_leaves_nothing_behind() {
+        let dir = place(&["a.png", "b.png"]);
+        let before = entries(dir.path());
+        let interrupted = pictures(args(dir.path()), || Ok(Arc::new(AtomicBool::new(true))));
+        assert!(matches!(interrupted, Err(CliError::Interrupted(_))), "{interrupted:?}");
+        assert_eq!(entries(dir.path()), before);
     }
 
     #[test]

@@ -18,7 +18,8 @@ pub(crate) const OTHER_BUILDING: u64 = 2;
 #[derive(clap::Args, Clone)]
 #[command(next_help_heading = "Data")]
 pub(crate) struct DataArgs {
-    /// Folder with `labels.csv` and the images it names [default: a built-in synthetic corridor]
+    /// Folder with `labels.csv` and the images it names [default: the data of the `--settings` file, if it
+    /// names any, else a built-in synthetic corridor]
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
     /// A second such folder, on which the result is tested and nothing is trained
@@ -33,6 +34,9 @@ pub(crate) struct DataArgs {
     #[arg(long, value_name = "GLOB", requires = "train_match")]
     pub(crate) holdout_match: Option<String>,
 }
+
+/// The field of the table `[data]` with the fingerprint of the held-out cases.
+const FINGERPRINT: &str = "holdout_fingerprint";
 
 /// Where the cases come from. Recorded in the run folder, so that a resume finds them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -66,13 +70,50 @@ pub(crate) struct Synthetic {
     frames: usize,
 }
 
+/// A part of the data, as the flags of other commands have it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Part {
+    pub(crate) folder: PathBuf,
+    /// The images that count, if not all do.
+    pub(crate) pattern: Option<String>,
+    /// For a folder that is yet to be made: building and frames.
+    pub(crate) synth: Option<(u64, usize)>,
+}
+
 /// The cases themselves.
 pub(crate) struct Cases {
     pub(crate) train: Dataset,
     pub(crate) holdout: Option<Dataset>,
 }
 
+impl Cases {
+    /// The fingerprint of the held-out cases, as it is recorded.
+    fn holdout_fingerprint(&self) -> Option<String> {
+        self.holdout.as_ref().map(|set| format!("{:016x}", set.fingerprint()))
+    }
+
+    /// Whether the held-out cases are those that the table `[data]` of a run folder was made with; the training
+    /// cases are guarded by the checkpoint.
+    pub(crate) fn check_holdout(&self, table: &toml::Table, run: &Path) -> Result<(), CliError> {
+        let now = self.holdout_fingerprint();
+        match table.get(FINGERPRINT) {
+            Some(then) if then.as_str() != now.as_deref() => Err(CliError::Failed(format!(
+                "{}: the run was made with other held-out data; resume with the data named there, unchanged, or \
+                 start a new run",
+                run.join("settings.toml").display()
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
 impl DataArgs {
+    /// Whether there are any.
+    pub(crate) fn given(&self) -> bool {
+        // The others need it.
+        self.data.is_some()
+    }
+
     /// What the flags say.
     pub(crate) fn source(&self) -> Result<Source, CliError> {
         let Some(data) = &self.data else {
@@ -101,15 +142,20 @@ fn absolute(path: &Path) -> Result<PathBuf, CliError> {
 }
 
 impl Source {
-    /// As the table `[data]`.
-    pub(crate) fn to_table(&self) -> Result<toml::Table, CliError> {
-        Ok(toml::Table::try_from(self)?)
+    /// As the table `[data]`, for a run with these cases.
+    pub(crate) fn to_table(&self, cases: &Cases) -> Result<toml::Table, CliError> {
+        let mut table = toml::Table::try_from(self)?;
+        if let Some(fingerprint) = cases.holdout_fingerprint() {
+            table.insert(FINGERPRINT.to_string(), fingerprint.into());
+        }
+        Ok(table)
     }
 
-    /// From the table `[data]` of the settings.toml of a run folder.
-    pub(crate) fn from_table(table: &toml::Table, run: &Path) -> Result<Source, CliError> {
-        table.clone().try_into().map_err(|error| {
-            let file = run.join("settings.toml");
+    /// From the table `[data]` of a settings file.
+    pub(crate) fn from_table(table: &toml::Table, file: &Path) -> Result<Source, CliError> {
+        let mut table = table.clone();
+        table.remove(FINGERPRINT);
+        table.try_into().map_err(|error| {
             CliError::Failed(format!(
                 "{}: the table [data] does not say where the fitness cases come from: {}; it needs a table \
                  [data.folder] with the path `train`",
@@ -117,6 +163,19 @@ impl Source {
                 error.to_string().trim_end().replace('\n', " ")
             ))
         })
+    }
+
+    /// The same source for a run of its own: paths count from the folder of the file that names them.
+    pub(crate) fn named_in(self, file: &Path) -> Result<Source, CliError> {
+        let place = file.parent().unwrap_or(Path::new(""));
+        match self {
+            Source::Folder(f) => Ok(Source::Folder(Folder {
+                train: absolute(&place.join(&f.train))?,
+                holdout: f.holdout.map(|dir| absolute(&place.join(dir))).transpose()?,
+                ..f
+            })),
+            synthetic => Ok(synthetic),
+        }
     }
 
     /// Whether it is the built-in corridor.
@@ -135,19 +194,30 @@ impl Source {
         if name.trim_matches('.').is_empty() { "run".to_string() } else { name }
     }
 
-    /// The folder that is trained on, if it is one.
-    pub(crate) fn train_folder(&self) -> Option<&Path> {
+    /// What `vsonar eval` has to be told to look at the training cases, and at those held out.
+    pub(crate) fn parts(&self) -> (Part, Option<Part>) {
         match self {
-            Source::Folder(folder) => Some(&folder.train),
-            Source::Synthetic(_) => None,
-        }
-    }
-
-    /// The folder that is held out, if it is one.
-    pub(crate) fn holdout_folder(&self) -> Option<&Path> {
-        match self {
-            Source::Folder(folder) => folder.holdout.as_deref(),
-            Source::Synthetic(_) => None,
+            Source::Folder(f) => {
+                let part = |dir: &Path, pattern: &Option<String>| Part {
+                    folder: from_here(dir),
+                    pattern: pattern.clone(),
+                    synth: None,
+                };
+                let holdout = match (&f.holdout, &f.holdout_match) {
+                    (Some(dir), _) => Some(part(dir, &None)),
+                    (None, Some(_)) => Some(part(&f.train, &f.holdout_match)),
+                    (None, None) => None,
+                };
+                (part(&f.train, &f.train_match), holdout)
+            }
+            Source::Synthetic(s) => {
+                let part = |name: &str, building| Part {
+                    folder: name.into(),
+                    pattern: None,
+                    synth: Some((building, s.frames)),
+                };
+                (part("corridor", s.building), Some(part("elsewhere", s.holdout_building)))
+            }
         }
     }
 
@@ -207,12 +277,37 @@ mod tests {
         };
         let folder = args.source().expect("UTF-8");
         let synthetic = DataArgs { data: None, train_match: None, holdout_match: None, ..args };
+        let small = Corridor { width: 16, height: 16, columns: 1, ..Corridor::default() };
+        let set = |seed| small.render(seed, 1).expect("possible");
+        let cases = |holdout| Cases { train: set(1), holdout };
+        let file = Path::new("my.toml");
         for source in [folder, synthetic.source().expect("nothing to go wrong")] {
-            let table = source.to_table().expect("a table");
-            assert_eq!(Source::from_table(&table, Path::new("run")).expect("the same"), source);
+            for cases in [cases(Some(set(2))), cases(None)] {
+                let table = source.to_table(&cases).expect("a table");
+                assert_eq!(Source::from_table(&table, file).expect("the same"), source);
+            }
         }
-        let error = Source::from_table(&toml::Table::new(), Path::new("run")).expect_err("nothing in it");
-        assert!(matches!(error, CliError::Failed(text) if text.contains("settings.toml")));
+        let error = Source::from_table(&toml::Table::new(), file).expect_err("nothing in it");
+        assert!(matches!(error, CliError::Failed(text) if text.contains("my.toml")));
+    }
+
+    #[test]
+    fn held_out_cases_are_told_apart() {
+        let small = Corridor { width: 16, height: 16, columns: 1, ..Corridor::default() };
+        let cases = |holdout: Option<u64>| {
+            let set = |seed| small.render(seed, 1).expect("possible");
+            Cases { train: set(1), holdout: holdout.map(set) }
+        };
+        let source = Source::Synthetic(Synthetic { building: 1, holdout_building: 2, frames: 1 });
+        let table = source.to_table(&cases(Some(2))).expect("a table");
+        let check = |cases: Cases, table| cases.check_holdout(table, Path::new("run"));
+        assert!(check(cases(Some(2)), &table).is_ok());
+        for other in [Some(3), None] {
+            let error = check(cases(other), &table).expect_err("another");
+            assert!(matches!(error, CliError::Failed(text) if text.contains("run/settings.toml")));
+        }
+        let table = source.to_table(&cases(None)).expect("a table");
+        assert!(check(cases(None), &table).is_ok());
     }
 
     #[test]

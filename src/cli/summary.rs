@@ -4,12 +4,13 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use vsonar::dataset::{Constants, Dataset};
+use vsonar::dataset::{Constants, Dataset, TOLERANCE};
 use vsonar::evolve::{Evolution, Preset, Score, Settings};
+use vsonar::world::FRAMES;
 
 use super::CliError;
-use super::output::{count, duration, from_here, percent, shell_word};
-use super::source::{Cases, Source};
+use super::output::{count, duration, percent, shell_flag, shell_word};
+use super::source::{self, Cases, Source};
 use super::table::Table;
 
 /// How the best program does on a set, beside what a detector that never looks would reach.
@@ -62,9 +63,7 @@ pub(crate) struct Report {
     /// Whether this was a run on the built-in corridor that is smaller than the published ones.
     small: bool,
     #[serde(skip)]
-    data: Option<PathBuf>,
-    #[serde(skip)]
-    other: Option<PathBuf>,
+    next: Vec<String>,
 }
 
 impl Report {
@@ -100,8 +99,7 @@ impl Report {
             },
             small: source.is_synthetic()
                 && (settings.population < full.population || settings.generations < full.generations),
-            data: source.train_folder().map(from_here),
-            other: source.holdout_folder().map(from_here),
+            next: next(source, settings, summary.generations, folder),
         }))
     }
 
@@ -124,7 +122,6 @@ impl Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let program = shell_word(&self.best.file);
         let full = Settings::preset(Preset::Default);
         writeln!(
             f,
@@ -150,28 +147,47 @@ impl fmt::Display for Report {
             )?;
         }
         writeln!(f, "\nNext:")?;
-        let data = match &self.data {
-            Some(data) => shell_word(data),
-            None => {
-                writeln!(f, "  vsonar data synth corridor    # the built-in images as a folder")?;
-                "corridor".to_string()
-            }
-        };
-        writeln!(f, "  vsonar eval {program} --data {data}    # every error, column by column")?;
-        if let Some(other) = &self.other {
-            writeln!(
-                f,
-                "  vsonar eval {program} --data {}    # the same on the held-out folder",
-                shell_word(other)
-            )?;
-        }
-        writeln!(f, "  vsonar show {program} --data {data} --out pictures    # what it sees")?;
-        writeln!(f, "  vsonar ir {program}    # what the compiler makes of it")?;
-        writeln!(
-            f,
-            "  vsonar evolve --resume {} --generations {}    # more generations",
-            shell_word(&self.run),
-            self.generations + 50
-        )
+        self.next.iter().try_for_each(|command| writeln!(f, "  {command}"))
     }
+}
+
+/// What to do with the result, as commands to copy. They come to the numbers of the summary.
+fn next(source: &Source, settings: &Settings, generations: u32, folder: &Path) -> Vec<String> {
+    let program = shell_word(&folder.join("best.gp"));
+    let flags = |part: &source::Part| {
+        let mut flags = format!("--data {}", shell_word(&part.folder));
+        part.pattern.iter().for_each(|glob| flags += &format!(" {}", shell_flag("--match", glob)));
+        if settings.tolerance != TOLERANCE {
+            flags += &format!(" --tolerance {}", settings.tolerance);
+        }
+        flags
+    };
+    let synth = |part: &source::Part, what: &str| {
+        part.synth.map(|(building, frames)| {
+            let mut command = format!("vsonar data synth {}", shell_word(&part.folder));
+            if building != source::BUILDING {
+                command += &format!(" --seed {building}");
+            }
+            if frames != FRAMES {
+                command += &format!(" --frames {frames}");
+            }
+            format!("{command}    # {what} as a folder")
+        })
+    };
+    let (train, holdout) = source.parts();
+    let mut next = Vec::new();
+    next.extend(synth(&train, "the built-in images"));
+    next.push(format!("vsonar eval {program} {}    # every error, column by column", flags(&train)));
+    if let Some(holdout) = &holdout {
+        next.extend(synth(holdout, "the held-out building"));
+        next.push(format!("vsonar eval {program} {}    # the same on the held-out images", flags(holdout)));
+    }
+    next.push(format!("vsonar show {program} {} --out pictures    # what it sees", flags(&train)));
+    next.push(format!("vsonar ir {program}    # what the compiler makes of it"));
+    next.push(format!(
+        "vsonar evolve --resume {} --generations {}    # more generations",
+        shell_word(folder),
+        generations + 50
+    ));
+    next
 }

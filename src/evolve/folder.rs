@@ -62,7 +62,51 @@ pub struct RunFolder {
     data: toml::Table,
     /// Fingerprint of the settings in the folder.
     settings: u64,
+    made: Made,
     _lock: Lock,
+}
+
+/// What was made to make a run folder, so that it can be taken back if the run cannot begin.
+#[derive(Debug, Clone, Default)]
+#[must_use = "it does nothing unless it is taken back"]
+pub struct Made {
+    run: Option<PathBuf>,
+    /// Folders above it that were not there before, the outermost first.
+    parents: Vec<PathBuf>,
+}
+
+impl Made {
+    /// Makes the folders above `path` that are not there.
+    fn parents_of(path: &Path) -> Result<Made, FolderError> {
+        let mut made = Made::default();
+        let above = path.ancestors().skip(1);
+        let missing: Vec<&Path> =
+            above.take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists()).collect();
+        for folder in missing.into_iter().rev() {
+            let done = match fs::create_dir(folder) {
+                // Another process was faster, or the path goes up again, as in `new/..`.
+                Err(_) if folder.is_dir() => continue,
+                done => done.naming(folder, "make the folder"),
+            };
+            if let Err(error) = done {
+                made.take_back();
+                return Err(error.into());
+            }
+            made.parents.push(folder.to_path_buf());
+        }
+        Ok(made)
+    }
+
+    /// Removes the run folder, and the folders above it that were made for it and hold nothing else by now.
+    pub fn take_back(self) {
+        // Whatever cannot be removed stays: the error that brought us here is the one to report.
+        if let Some(run) = self.run {
+            let _ = fs::remove_dir_all(run);
+        }
+        for folder in self.parents.iter().rev() {
+            let _ = fs::remove_dir(folder);
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -78,12 +122,24 @@ impl RunFolder {
     /// # Errors
     /// If there is anything of that name already, or the folder cannot be written; then nothing is left behind.
     pub fn create(path: &Path, settings: &Settings, data: &toml::Table) -> Result<RunFolder, FolderError> {
-        if let Some(parent) = path.parent() {
-            fs::create_dir_all(parent).naming(parent, "make the folder")?;
+        must_be_free(path)?;
+        let made = Made::parents_of(path)?;
+        match RunFolder::create_below(path, settings, data) {
+            Ok(folder) => {
+                let made = Made { run: Some(path.to_path_buf()), ..made };
+                Ok(RunFolder { made, ..folder })
+            }
+            Err(error) => {
+                made.take_back();
+                Err(error)
+            }
         }
-        if path.symlink_metadata().is_ok() {
-            return Err(FolderError::Exists(path.to_path_buf()));
-        }
+    }
+
+    /// Makes a fresh run folder in a folder that is there.
+    fn create_below(path: &Path, settings: &Settings, data: &toml::Table) -> Result<RunFolder, FolderError> {
+        // Again, for a path like `new/../run` leads nowhere before `new` is there.
+        must_be_free(path)?;
         // Filled under another name first, so that a run folder has its settings from its first moment on.
         let hidden = create_hidden(path)?;
         let filled = RunFolder::lock(&hidden, data.clone(), settings).and_then(|mut folder| {
@@ -146,7 +202,8 @@ impl RunFolder {
     fn lock(path: &Path, data: toml::Table, settings: &Settings) -> Result<RunFolder, FolderError> {
         let lock = Lock::take(path).naming(path, "lock the run folder")?;
         let lock = lock.ok_or_else(|| FolderError::Locked(path.to_path_buf()))?;
-        Ok(RunFolder { path: path.to_path_buf(), data, settings: settings.fingerprint(), _lock: lock })
+        let (path, settings) = (path.to_path_buf(), settings.fingerprint());
+        Ok(RunFolder { path, data, settings, made: Made::default(), _lock: lock })
     }
 
     /// Where it is.
@@ -159,6 +216,11 @@ impl RunFolder {
         &self.data
     }
 
+    /// What was made to make it; nothing if it was opened.
+    pub fn made(&self) -> Made {
+        self.made.clone()
+    }
+
     fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
@@ -168,8 +230,9 @@ impl RunFolder {
         if settings.fingerprint() != self.settings {
             return Err(FolderError::OtherSettings(self.path.clone()));
         }
-        let mut text =
-            String::from("# The settings of this run, in full; it can be repeated with `--settings`.\n\n");
+        let mut text = String::from(
+            "# The settings of this run, in full, and its data; it can be repeated with `--settings`.\n\n",
+        );
         text.push_str(&settings.to_toml());
         let mut data = toml::Table::new();
         data.insert("data".to_string(), toml::Value::Table(self.data.clone()));
@@ -240,6 +303,13 @@ impl RunFolder {
         let lines = state.hall_of_fame.lines(cases as u32);
         let hall: String = lines.iter().map(|entry| line(entry) + "\n").collect();
         replace_if_new(&self.file("hall_of_fame.jsonl"), &hall)
+    }
+}
+
+fn must_be_free(path: &Path) -> Result<(), FolderError> {
+    match path.symlink_metadata() {
+        Ok(_) => Err(FolderError::Exists(path.to_path_buf())),
+        Err(_) => Ok(()),
     }
 }
 

@@ -22,10 +22,13 @@ use toml::Spanned;
 
 use super::selection::SelectionKind;
 use super::settings_check::set_weight;
+use super::settings_draft::Draft;
 use crate::tree::{CreateSettings, CrossoverSettings, NodeSet, NodeType};
 
 /// Where in the file each field was given, by dotted name, in bytes.
 type Places = BTreeMap<String, Range<usize>>;
+/// The same as line and column.
+pub(super) type Given = BTreeMap<String, (usize, usize)>;
 
 /// Declares a table of settings once: its struct, the partial form that a file gives, merging the two, and the
 /// commented text.
@@ -211,11 +214,11 @@ pub enum SettingsError {
         /// Column in characters, from 1.
         column: usize,
         /// The field and what it must be.
-        fault: Fault,
+        fault: Box<Fault>,
     },
     /// A field has a value it cannot have.
     #[error("{0}")]
-    Value(Fault),
+    Value(Box<Fault>),
     /// A resumed run was asked for fewer generations than it was made for.
     #[error(
         "the run was made for {made} generations and cannot be cut to {asked}; only more can be asked for"
@@ -238,6 +241,8 @@ pub struct Fault {
     pub value: String,
     /// What it must be.
     pub must: String,
+    /// Dotted name of the field that it does not go with, if each by itself would be possible.
+    pub beside: Option<&'static str>,
 }
 
 impl Settings {
@@ -294,40 +299,45 @@ impl Settings {
     /// # Errors
     /// If the text is not TOML, a field is unknown, or a value impossible; `file` names the source in messages.
     pub fn from_toml(text: &str, file: &str) -> Result<Settings, SettingsError> {
-        let partial = parse(text, file)?;
-        let base = Settings::preset(partial.preset.unwrap_or(Preset::Default));
-        base.merged(partial, text, file)
+        Settings::default_preset().with_toml(text, file)
     }
 
-    /// These settings with what `text` gives laid over them. A preset it names counts first.
+    /// These settings with what `text` gives laid over them. A preset it names counts first. To check only what
+    /// several sources come to together, see [`Draft`](super::Draft).
     ///
     /// # Errors
     /// As [`Settings::from_toml`].
     pub fn with_toml(self, text: &str, file: &str) -> Result<Settings, SettingsError> {
-        let partial = parse(text, file)?;
-        let base = partial.preset.map_or(self, Settings::preset);
-        base.merged(partial, text, file)
+        let mut draft = Draft::new(self);
+        draft.lay_over(text, file)?;
+        draft.finish()
     }
 
-    fn merged(mut self, mut partial: Partial, text: &str, file: &str) -> Result<Settings, SettingsError> {
+    /// Lays what `text` gives over these settings. Names and types are checked, values are not. Gives the line
+    /// and the column of each field that the text gives, by dotted name, and the preset that it names.
+    pub(super) fn overlay(
+        &mut self,
+        text: &str,
+        file: &str,
+    ) -> Result<(Given, Option<Preset>), SettingsError> {
+        let mut partial = parse(text, file)?;
         let mut places = Places::new();
+        let preset = partial.preset;
+        if let Some(preset) = preset {
+            *self = Settings::preset(preset);
+        }
         let nodes = std::mem::take(&mut partial.nodes);
         self.merge_partial("", partial, &mut places);
-        let mut checked = Ok(());
         for (name, weight) in nodes {
-            places.insert(format!("nodes.{name}"), weight.span());
-            checked = checked.and_then(|()| set_weight(&mut self.nodes, &name, weight.into_inner()));
+            let span = weight.span();
+            set_weight(&mut self.nodes, &name, weight.into_inner()).map_err(|fault| {
+                let (line, column) = position(text, span.start);
+                SettingsError::ValueAt { file: file.to_string(), line, column, fault: Box::new(fault) }
+            })?;
+            places.insert(format!("nodes.{name}"), span);
         }
-        match checked.and_then(|()| self.check()) {
-            Ok(()) => Ok(self),
-            Err(fault) => Err(match places.get(&fault.field) {
-                Some(span) => {
-                    let (line, column) = position(text, span.start);
-                    SettingsError::ValueAt { file: file.to_string(), line, column, fault }
-                }
-                None => SettingsError::Value(fault),
-            }),
-        }
+        let given = places.into_iter().map(|(field, span)| (field, position(text, span.start))).collect();
+        Ok((given, preset))
     }
 
     /// The settings in full, every field under its meaning.
@@ -346,7 +356,7 @@ impl Settings {
     /// # Errors
     /// The first impossible value.
     pub fn validate(&self) -> Result<(), SettingsError> {
-        self.check().map_err(SettingsError::Value)
+        self.check().map_err(|fault| SettingsError::Value(Box::new(fault)))
     }
 
     /// What of these settings is for the making of random individuals.

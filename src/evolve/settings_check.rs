@@ -1,7 +1,7 @@
 //! Which values of the settings are possible.
 
 use super::settings::{Fault, Settings};
-use crate::tree::{MAX_WEIGHT, NodeSet, NodeType};
+use crate::tree::{MAX_WEIGHT, Node, NodeSet, NodeType};
 
 /// The largest seed: the largest integer that TOML knows.
 const MAX_SEED: u64 = i64::MAX as u64;
@@ -12,7 +12,18 @@ fn must<T: std::fmt::Display>(holds: bool, field: &str, value: T, must: &str) ->
     if holds {
         return Ok(());
     }
-    Err(Fault { field: field.to_string(), value: value.to_string(), must: must.to_string() })
+    Err(Fault { field: field.to_string(), value: value.to_string(), must: must.to_string(), beside: None })
+}
+
+/// Names the field that a fault is a matter of as well.
+trait Beside {
+    fn beside(self, field: &'static str) -> Self;
+}
+
+impl Beside for Result<(), Fault> {
+    fn beside(self, field: &'static str) -> Self {
+        self.map_err(|fault| Fault { beside: Some(field), ..fault })
+    }
 }
 
 impl Settings {
@@ -51,22 +62,33 @@ impl Settings {
             "creation.max_depth",
             c.max_depth,
             "2 to `breeding.max_depth`",
-        )?;
+        )
+        .beside("breeding.max_depth")?;
         must(
             (2..=c.max_depth).contains(&c.min_depth),
             "creation.min_depth",
             c.min_depth,
             "2 to `creation.max_depth`",
-        )?;
+        )
+        .beside("creation.max_depth")?;
         must(
             c.column_depth < limit,
             "creation.column_depth",
             c.column_depth,
             "less than `breeding.max_depth`",
-        )?;
+        )
+        .beside("breeding.max_depth")?;
         probability("creation.full_probability", c.full_probability)?;
         probability("creation.grow_leaf_probability", c.grow_leaf_probability)?;
         probability("creation.plain_column_probability", c.plain_column_probability)?;
+        must(
+            c.plain_column_probability == 0.0 || self.nodes.weight(Node::XObstacle.node_type()) > 0,
+            "creation.plain_column_probability",
+            c.plain_column_probability,
+            "0 while the node type `x-obstacle`, which plain columns are made of, is left out: \
+             `--set creation.plain_column_probability=0`",
+        )
+        .beside("nodes.x-obstacle")?;
         must(
             c.constant_min >= 1e-30 && c.constant_min <= 1e30,
             "creation.constant_min",
@@ -79,6 +101,7 @@ impl Settings {
             c.constant_max,
             "`creation.constant_min` to 1e30",
         )
+        .beside("creation.constant_min")
     }
 
     fn check_rest(&self) -> Result<(), Fault> {
@@ -103,6 +126,7 @@ impl Settings {
             field: "nodes".to_string(),
             value: format!("\"{}\"", self.nodes),
             must: format!("enough to make trees of: {error}"),
+            beside: None,
         })
     }
 }

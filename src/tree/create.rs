@@ -76,6 +76,12 @@ pub enum CreateError {
         /// Its value.
         value: f64,
     },
+    /// Columns are to be plain `x-obstacle`, which is not in the node set.
+    #[error(
+        "plain_column_probability = {0}, but the node set leaves out `x-obstacle`, which plain columns are made of; \
+         write plain_column_probability = 0, or put the node back, as in `+x-obstacle`"
+    )]
+    PlainColumn(f64),
     /// The range of constants is empty or out of bounds.
     #[error(
         "magnitudes of constants from {min} to {max}: write 0 < constant_min <= constant_max, both finite"
@@ -118,7 +124,11 @@ impl CreateSettings {
         if !(1..=2).contains(&self.trees) {
             return Err(CreateError::Trees(self.trees));
         }
-        Ok(self.nodes.check()?)
+        self.nodes.check()?;
+        if self.plain_column_probability > 0.0 && self.nodes.weight(Node::XObstacle.node_type()) == 0 {
+            return Err(CreateError::PlainColumn(self.plain_column_probability));
+        }
+        Ok(())
     }
 }
 

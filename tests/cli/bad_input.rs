@@ -144,6 +144,22 @@ fn checkpoints_that_cannot_be_used() {
 }
 
 #[test]
+fn held_out_data_are_those_of_the_run() {
+    let place = Place::new();
+    dataset(4, 1).save(place.path("other")).expect("writable");
+    place.ok(&tiny(&["--holdout", "other", "--out", "run", "--quiet"]));
+    let resume = ["evolve", "--resume", "run", "--generations", "6", "--quiet"];
+    let labels = place.read("other/labels.csv");
+    let (head, tail) = labels.trim_end().rsplit_once(',').expect("a table");
+    let other: u32 = tail.parse::<u32>().expect("a label") ^ 1;
+    place.write("other/labels.csv", format!("{head},{other}\n"));
+    let complaint = place.fails(1, &resume);
+    assert!(complaint.contains("run/settings.toml") && complaint.contains("held-out"), "{complaint}");
+    place.write("other/labels.csv", labels);
+    place.ok(&resume);
+}
+
+#[test]
 fn a_resume_accepts_nothing_that_changes_the_run() {
     let place = Place::new();
     for flag in [
@@ -181,6 +197,8 @@ fn flags_that_are_wrong() {
         (&["evolve", "--executor", "fast"], "cranelift"),
         (&["evolve", "--nodes", "-gradeint"], "`gradient`"),
         (&["evolve", "--set", "selection.size=3"], "unknown field"),
+        (&["evolve", "--nodes", "-constant,-x-obstacle"], "--set creation.plain_column_probability=0"),
+        (&["evolve", "--set", "creation.min_depth=10"], "--set creation.min_depth=10: "),
         (&["evolve", "--holdout", "data"], "--data"),
         (&["evolve", "--data", "data", "--holdout-match", "x*"], "--train-match"),
         (&["eval", "up.gp"], "--data"),

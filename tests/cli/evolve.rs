@@ -20,13 +20,68 @@ fn a_run_prints_lines_and_a_summary() {
     for command in ["vsonar eval", "vsonar show", "vsonar ir"] {
         assert!(text.contains(&format!("{command} runs/data-seed-1/best.gp")), "{text}");
     }
-    // The commands to copy do what they say.
-    let eval = text.lines().find(|l| l.contains("vsonar eval")).expect("just seen");
-    let words: Vec<&str> = eval.split('#').next().unwrap_or("").split_whitespace().skip(1).collect();
-    assert!(place.ok(&words).contains("best constant"));
     for file in ["settings.toml", "log.jsonl", "best.gp", "hall_of_fame.jsonl", "checkpoint"] {
         assert!(place.path("runs/data-seed-1").join(file).is_file(), "{file}");
     }
+}
+
+/// What a shell prints when it is given a line of the summary.
+#[cfg(unix)]
+fn copied(place: &Place, line: &str) -> String {
+    let script = format!("vsonar() {{ '{}' \"$@\"; }}\n{line}", env!("CARGO_BIN_EXE_vsonar"));
+    let output = std::process::Command::new("sh")
+        .current_dir(place.path(""))
+        .args(["-c", &script])
+        .output()
+        .expect("a shell");
+    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+/// The commands of the summary come to its numbers.
+#[cfg(unix)]
+#[test]
+fn commands_to_copy_repeat_the_numbers() {
+    let place = Place::new();
+    let check = |arguments: &[&str], evals: usize| {
+        let text = place.ok(arguments);
+        let lines: Vec<&str> = text.lines().filter(|l| l.starts_with("  vsonar ")).collect();
+        let row = text.lines().find_map(|l| l.trim().strip_prefix("correct cases")).expect("a row");
+        // As in "10 of 12   7 of 12".
+        let words: Vec<&str> = row.split_whitespace().collect();
+        let mut numbers = words.split(|word| *word == "of").flatten();
+        let mut seen = 0;
+        for line in lines {
+            if line.contains("--resume") || line.contains("--population") {
+                continue;
+            }
+            let printed = copied(&place, line);
+            if line.contains("vsonar eval") {
+                let (correct, cases) = (numbers.next().expect("two"), numbers.next().expect("two"));
+                assert!(
+                    printed.contains(&format!("({correct} of {cases} cases")),
+                    "{line}\n{row}\n{printed}"
+                );
+                seen += 1;
+            }
+        }
+        assert_eq!((seen, numbers.next()), (evals, None), "{text}");
+        std::fs::remove_dir_all(place.path("pictures")).expect("shown");
+    };
+    // Other parts have other numbers of cases.
+    let parts = ["--train-match", "drive_[a]*", "--holdout-match", "drive_b_{1,3}*"];
+    check(&tiny(&parts), 2);
+    check(&tiny(&["--train-match", "*_[!0].png"]), 1);
+    // Names that a shell, or the command itself, would take for something else.
+    for name in ["-odd", "it's $HOME; a \"#1\""] {
+        dataset(4, 1).save(place.path(name)).expect("writable");
+        let (data, holdout) = ("--data=data".to_string(), format!("--holdout={name}"));
+        let out = format!("--out={name}-run");
+        let set = ["evolve", &data, &holdout, &out];
+        check(&[&set[..], TINY].concat(), 2);
+    }
+    // The built-in corridor, of which the folders are still to be made.
+    check(&["evolve", "--population", "10", "--generations", "1", "--set", "filter.max_draws=2"], 2);
 }
 
 #[test]
@@ -143,6 +198,48 @@ fn settings_of_a_run_repeat_it() {
     assert!(place.read("three/settings.toml").contains("seed = 4"));
 }
 
+/// A run's settings file names its data too.
+#[test]
+fn settings_of_a_run_bring_its_data() {
+    let place = Place::new();
+    let without_fingerprint = |name: &str| {
+        let text = place.read(&format!("{name}/settings.toml"));
+        text.lines().filter(|l| !l.starts_with("holdout_fingerprint")).collect::<Vec<_>>().join("\n")
+    };
+    let parts = ["--train-match", "drive_a*", "--holdout-match", "drive_b*", "--out", "one"];
+    place.ok(&tiny(&parts));
+    // From another folder, and with the population and generations of the file.
+    std::fs::create_dir(place.path("elsewhere")).expect("writable");
+    let repeat = ["evolve", "--settings", "../one/settings.toml", "--out", "../two"];
+    let output = place.command(&repeat).current_dir(place.path("elsewhere")).output().expect("started");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    let first = text.lines().next().expect("a line");
+    assert!(first.starts_with("Training on ") && first.contains("drive_a*; held out drive_b*"), "{text}");
+    assert!(first.contains("as ../one/settings.toml says (12 cases"), "{text}");
+    assert!(text.contains("held out"), "{text}");
+    assert_eq!(recorded(&place.path("one")), recorded(&place.path("two")));
+    assert_eq!(place.read("one/settings.toml"), place.read("two/settings.toml"));
+    // Data on the command line replace the file's as a whole.
+    let settings = "one/settings.toml";
+    let text = place.ok(&["evolve", "--settings", settings, "--data", "data", "--out", "three"]);
+    assert!(text.starts_with("Training on data (24 cases"), "{text}");
+    assert!(!place.read("three/settings.toml").contains("match"));
+    // A folder that is gone is an error like any other.
+    std::fs::rename(place.path("data"), place.path("moved")).expect("writable");
+    let complaint = place.fails(1, &["evolve", "--settings", settings]);
+    assert!(complaint.contains("there is no folder") && complaint.contains("data"), "{complaint}");
+    // Paths count from the file; what the table does not say is not guessed.
+    let moved = without_fingerprint("one").replace(&place.path("data").display().to_string(), "../moved");
+    assert!(moved.contains("\"../moved\""), "{moved}");
+    place.write("one/moved.toml", &moved);
+    place.ok(&["evolve", "--settings", "one/moved.toml", "--out", "four"]);
+    assert_eq!(recorded(&place.path("one")), recorded(&place.path("four")));
+    place.write("one/moved.toml", moved.replace("[data.folder]", "[data.flder]"));
+    let complaint = place.fails(1, &["evolve", "--settings", "one/moved.toml"]);
+    assert!(complaint.contains("one/moved.toml") && complaint.contains("[data]"), "{complaint}");
+}
+
 #[test]
 fn without_data_there_is_a_corridor() {
     let place = Place::new();
@@ -153,6 +250,9 @@ fn without_data_there_is_a_corridor() {
     assert!(place.path("runs/synthetic-seed-1/best.gp").is_file());
     // A resume finds it again.
     place.ok(&["evolve", "--resume", "runs/synthetic-seed-1", "--generations", "2", "--quiet"]);
+    // So does a run that repeats it.
+    place.ok(&["evolve", "--settings", "runs/synthetic-seed-1/settings.toml", "--out", "again"]);
+    assert_eq!(recorded(&place.path("again")), recorded(&place.path("runs/synthetic-seed-1")));
     // The same images as a folder give the same run.
     place.ok(&["data", "synth", "corridor"]);
     place.ok(&[&["evolve", "--data", "corridor", "--out", "folder"], &small[..]].concat());

@@ -62,6 +62,24 @@ fn ctrl_c_in_the_first_generation_can_be_resumed() {
     assert_eq!(recorded(&place.path("whole")), recorded(&place.path("parts")));
 }
 
+#[test]
+fn ctrl_c_leaves_no_half_of_the_pictures() {
+    let place = Place::new();
+    place.write("up.gp", "(individual (iterate-up 3x3 x-obstacle (set-a y)))");
+    // Large ones, which take their time.
+    let mut command = place.command(&["show", "up.gp", "--scale", "16", "--out", "pictures"]);
+    let before = place.everything();
+    let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
+    let hidden = place.path(&format!(".pictures.part-{}", run.id()));
+    wait_until("the folder", || hidden.exists());
+    interrupt(&run);
+    let output = run.wait_with_output().expect("it ends");
+    let said = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(said.contains("interrupted"), "{said}");
+    assert!(before == place.everything(), "something is left behind");
+}
+
 /// Runs a command that can write no file beyond so many bytes, as on a full disk.
 fn on_a_full_disk(place: &Place, bytes: u64, arguments: &[&str]) -> std::process::Output {
     let mut command = place.command(arguments);

@@ -9,3 +9,4 @@ mod help;
 mod interruption;
 mod kill;
 mod other;
+mod show;

@@ -31,6 +31,34 @@ fn numbered() {
     assert_eq!([make(), make(), make()], ["street-seed-1", "street-seed-1-2", "street-seed-1-3"]);
 }
 
+/// Folders above it are made too, and taken back if the run folder cannot be made.
+#[test]
+fn nothing_is_left_of_a_folder_that_cannot_be_made() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let create = |path: &str| RunFolder::create(&dir.path().join(path), &settings(), &toml::Table::new());
+    fs::create_dir(dir.path().join("run")).expect("writable");
+    fs::write(dir.path().join("file"), "mine").expect("writable");
+    let entries = || fs::read_dir(dir.path()).expect("readable").count();
+    assert!(matches!(create("new/../run"), Err(FolderError::Exists(_))));
+    assert_eq!(entries(), 2);
+    // No file system has names as long as this.
+    create(&format!("a/b/{}", "x".repeat(300))).expect_err("too long");
+    create("a/../file/run").expect_err("below a file");
+    assert_eq!(entries(), 2);
+    // What others have put there meanwhile stays.
+    let folder = create("a/b/run").expect("a fresh folder");
+    let made = folder.made();
+    drop(folder);
+    fs::write(dir.path().join("a/other"), "theirs").expect("writable");
+    made.take_back();
+    assert!(!dir.path().join("a/b").exists() && dir.path().join("a/other").exists());
+    // A folder that is only opened was made by somebody else.
+    drop(create("c/run").expect("a fresh folder"));
+    let (opened, _) = RunFolder::open(&dir.path().join("c/run")).expect("a run folder");
+    opened.made().take_back();
+    assert!(dir.path().join("c/run/settings.toml").exists());
+}
+
 #[test]
 fn locked_while_in_use() {
     let dir = tempfile::tempdir().expect("a temporary folder");

@@ -1,6 +1,6 @@
 //! Settings: presets, files, and what they refuse.
 
-use vsonar::evolve::{Preset, SelectionKind, Settings};
+use vsonar::evolve::{Draft, Preset, SelectionKind, Settings};
 
 fn error(text: &str) -> String {
     Settings::from_toml(text, "my.toml").expect_err("refused").to_string()
@@ -75,6 +75,43 @@ fn impossible_values() {
     let mut settings = Settings::paper();
     settings.seed = u64::MAX;
     assert!(settings.validate().expect_err("too large").to_string().contains("9223372036854775807"));
+}
+
+#[test]
+fn plain_columns_need_their_node() {
+    let e = error("[nodes]\n\n\"x-obstacle\" = 0\n");
+    assert!(
+        e.starts_with("my.toml:3:16: ") && e.contains("`creation.plain_column_probability` is 0.7"),
+        "{e}"
+    );
+    assert!(e.contains("`x-obstacle`") && e.contains("--set creation.plain_column_probability=0"), "{e}");
+    let text = "[creation]\nplain_column_probability = 0.0\n[nodes]\n\"x-obstacle\" = 0\n";
+    Settings::from_toml(text, "my.toml").expect("no plain columns");
+    Settings::from_toml("preset = \"paper\"\n[nodes]\n\"x-obstacle\" = 0\n", "x").expect("none there");
+}
+
+#[test]
+fn a_draft_is_checked_at_the_end() {
+    let mut draft = Draft::new(Settings::default_preset());
+    draft.lay_over("[creation]\nmin_depth = 10\n", "deep.toml").expect("a number");
+    // By itself, the file is at odds with the preset, and a fault of it is told where it stands.
+    let e = draft.clone().finish().expect_err("too deep").to_string();
+    assert!(e.starts_with("deep.toml:2:13: ") && e.contains("creation.min_depth"), "{e}");
+    // Names and types are checked at once, and what is refused leaves no trace.
+    for text in ["[creation]\nmax_depth = \"x\"\n", "depth = 3\n", "[nodes]\nsqrt = 1\n"] {
+        assert!(draft.lay_over(text, "x").expect_err("refused").to_string().starts_with("x:"), "{text}");
+    }
+    let mut shallow = draft.clone();
+    shallow.change("creation.max_depth", |s| s.creation.max_depth = 9);
+    let e = shallow.finish().expect_err("too deep").to_string();
+    assert!(e.starts_with("the setting `creation.min_depth` is 10"), "{e}");
+    draft.change("creation.max_depth", |s| s.creation.max_depth = 12);
+    let mut expected = Settings::default_preset();
+    (expected.creation.min_depth, expected.creation.max_depth) = (10, 12);
+    assert_eq!(draft.clone().finish().expect("sound"), expected);
+    // A preset replaces everything.
+    draft.lay_over("preset = \"paper\"", "y").expect("a preset");
+    assert_eq!(draft.finish().expect("sound"), Settings::paper());
 }
 
 #[test]

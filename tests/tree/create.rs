@@ -281,6 +281,19 @@ fn impossible_settings_are_refused() {
         "magnitudes of constants from 0 to 1000: write 0 < constant_min <= constant_max, both finite"
     );
     assert_eq!(message(|s| s.trees = 3), "trees = 3: an individual has 1 tree or 2");
+    let without = |probability| {
+        let mut settings =
+            CreateSettings { plain_column_probability: probability, ..CreateSettings::default() };
+        settings.nodes.edit("-constant -x-obstacle").expect("sound edits");
+        Creator::new(&settings)
+    };
+    assert_eq!(
+        without(0.7).expect_err("impossible settings").to_string(),
+        "plain_column_probability = 0.7, but the node set leaves out `x-obstacle`, which plain columns are made \
+         of; write plain_column_probability = 0, or put the node back, as in `+x-obstacle`"
+    );
+    let creator = without(0.0).expect("no plain columns");
+    assert!(sample(&creator, 100).all(|i| i.trees().all(|t| !t.nodes().contains(&Node::XObstacle))));
     let mut settings = CreateSettings::default();
     settings.nodes.edit("-2x* -3x* -4x* -5x* -6x* -7x* -8x*").expect("sound edits");
     assert!(matches!(Creator::new(&settings), Err(CreateError::Nodes(_))));
