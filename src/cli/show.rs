@@ -13,6 +13,7 @@ use vsonar::tree::Individual;
 use vsonar::world::{Corridor, FRAMES};
 
 use super::executor::{Choice, answers};
+use super::memory::MemoryArgs;
 use super::output::{self, count, percent};
 use super::{CliError, eval, source};
 
@@ -54,6 +55,8 @@ pub(crate) struct Args {
     /// What runs the program; all give the same answers
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Cranelift)]
     executor: Choice,
+    #[command(flatten)]
+    memory: MemoryArgs,
     /// An answer is correct within this many rows of the label
     #[arg(long, value_name = "ROWS", default_value_t = TOLERANCE, value_parser = eval::tolerance, allow_negative_numbers = true)]
     tolerance: f64,
@@ -77,6 +80,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     if let Some(pattern) = &args.pattern {
         set = set.select(pattern)?;
     }
+    args.memory.check([&set])?;
     let answers = answers(&*executor, &individual, &set)?;
     let style = Style {
         tolerance: args.tolerance,
@@ -245,6 +249,7 @@ mod tests {
             pattern: None,
             out: dir.join("out"),
             executor: Choice::Reference,
+            memory: MemoryArgs::default(),
             tolerance: TOLERANCE,
             sheet_columns: 2,
             scale: Some(2),

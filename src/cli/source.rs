@@ -72,6 +72,13 @@ pub(crate) struct Cases {
     pub(crate) holdout: Option<Dataset>,
 }
 
+impl Cases {
+    /// Both sets, or the one there is. At the end of a run both are in memory.
+    pub(crate) fn sets(&self) -> impl Iterator<Item = &Dataset> {
+        std::iter::once(&self.train).chain(&self.holdout)
+    }
+}
+
 impl DataArgs {
     /// What the flags say.
     pub(crate) fn source(&self) -> Result<Source, CliError> {
