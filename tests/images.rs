@@ -182,18 +182,6 @@ fn unusable_files_are_named_with_a_remedy() {
         assert!(text.contains("get it again"), "{text}");
     }
 
-    let mut jpeg = Vec::new();
-    picture.write_to(&mut std::io::Cursor::new(&mut jpeg), ImageFormat::Jpeg).expect("in memory");
-    for length in 0..jpeg.len() - 1 {
-        // Neither an error nor a half-gray picture may be taken for the image.
-        let (error, text) = message(&write(&folder, "cut.jpg", &jpeg[..length]));
-        let expected = matches!(error, ImageError::Decode { .. } | ImageError::CutOff { .. });
-        assert!(expected, "{length} bytes: {text}");
-    }
-    // Other programs append things.
-    jpeg.extend(b"trailer");
-    load_gray(&write(&folder, "trailer.jpg", &jpeg)).expect("a whole JPEG");
-
     let (error, text) = message(&write(&folder, "text.png", b"image,x,y\nno.png,1,2\n"));
     assert!(matches!(error, ImageError::Decode { .. }), "{text}");
     for name in ["text", "text.txt"] {
@@ -205,6 +193,106 @@ fn unusable_files_are_named_with_a_remedy() {
     // The content counts, not the name.
     assert_eq!(load_gray(&write(&folder, "png.jpg", &png)).expect("a PNG"), gray());
     assert_eq!(load_gray(&write(&folder, "png", &png)).expect("a PNG"), gray());
+}
+
+/// A baseline JPEG file.
+fn jpeg() -> Vec<u8> {
+    let mut file = Vec::new();
+    let picture = DynamicImage::ImageRgb8(colour());
+    picture.write_to(&mut std::io::Cursor::new(&mut file), ImageFormat::Jpeg).expect("in memory");
+    file
+}
+
+/// A progressive JPEG file of 64 x 64 pixels, by hand: a scan for the averages of its 64 blocks, tables, and a
+/// scan for their other coefficients.
+fn progressive() -> Vec<u8> {
+    let mut file = vec![0xff, 0xd8];
+    let mut segment = |code: u8, content: &[u8], data: &[u8]| {
+        file.extend([0xff, code]);
+        file.extend((content.len() as u16 + 2).to_be_bytes());
+        file.extend(content);
+        file.extend(data);
+    };
+    // The codes 0 and 10 for two symbols.
+    let table = |class: u8, symbols: [u8; 2]| {
+        let mut table = vec![class, 1, 1];
+        table.extend([0; 14]);
+        table.extend(symbols);
+        table
+    };
+    segment(0xdb, &[&[0][..], &[8; 64]].concat(), &[]);
+    segment(0xc2, &[8, 0, 64, 0, 64, 1, 1, 0x11, 0], &[]);
+    segment(0xc4, &table(0x00, [0, 6]), &[]);
+    // The first block is 63 above the middle (10 111111), the others are equal to it (0 each).
+    segment(0xda, &[1, 1, 0, 0, 0, 0], &[0xbf, 0, 0, 0, 0, 0, 0, 0, 0x01]);
+    segment(0xc4, &table(0x10, [0x00, 0x01]), &[]);
+    // Each block has the first coefficient 1 (10 1) and no other (0).
+    segment(0xda, &[1, 1, 0, 1, 63, 0], &[0xaa; 32]);
+    file.extend([0xff, 0xd9]);
+    file
+}
+
+/// Bytes without order.
+fn junk(length: usize) -> Vec<u8> {
+    let mut state = 7u32;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    (0..length).map(|_| next()).collect()
+}
+
+#[test]
+fn a_jpeg_is_whole_up_to_its_own_end() {
+    let folder = folder();
+    for (name, whole) in [("baseline", jpeg()), ("progressive", progressive())] {
+        let path = write(&folder, "whole.jpg", &whole);
+        let expected = load_gray(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
+        // Phones append films, other programs what they like: with a start of a scan, with another picture.
+        let film = [b"\0\0\0\x18ftypmp42", &junk(5000)[..], &[0xff, 0xda, 0, 8, 1]].concat();
+        for trailer in [b"trailer".to_vec(), film, vec![0xff, 0xda], whole.clone(), whole[..99].to_vec()] {
+            let path = write(&folder, "trailer.jpg", &[&whole[..], &trailer].concat());
+            let loaded = load_gray(&path).unwrap_or_else(|e| panic!("{name}, {trailer:x?}: {e}"));
+            assert_eq!(loaded, expected, "{name}");
+        }
+    }
+    // The gray of the progressive one is as its data say: the middle and 63, of 8 steps each, by 8 for the average.
+    let gray = load_gray(&write(&folder, "p.jpg", &progressive())).expect("a whole JPEG");
+    assert_eq!(gray.dimensions(), (64, 64));
+    assert!(gray.pixels().all(|p| p.0[0].abs_diff(128 + 63) <= 2), "{gray:?}");
+    // Fill bytes before the end marker.
+    let whole = jpeg();
+    let filled = [&whole[..whole.len() - 2], &[0xff, 0xff, 0xff, 0xd9]].concat();
+    load_gray(&write(&folder, "filled.jpg", &filled)).expect("a whole JPEG");
+}
+
+#[test]
+fn a_jpeg_that_is_cut_off_is_refused() {
+    let folder = folder();
+    // Neither an error nor a half-gray picture may be taken for the image.
+    let refused = |content: &[u8], what: &dyn std::fmt::Display| {
+        let (error, text) = message(&write(&folder, "cut.jpg", content));
+        let expected = matches!(error, ImageError::Decode { .. } | ImageError::CutOff { .. });
+        assert!(expected, "{what}: {text}");
+    };
+    for (name, whole) in [("baseline", jpeg()), ("progressive", progressive())] {
+        for length in 0..whole.len() {
+            refused(&whole[..length], &format!("{name}, {length} bytes"));
+        }
+    }
+    // Cut within the data, and an end marker further on all the same.
+    let end: &[u8] = &[0xff, 0xd9];
+    let whole = jpeg();
+    let data = whole.windows(2).rposition(|pair| pair == [0xff, 0xda]).expect("a scan") + 14;
+    let third = (whole.len() - data) / 3;
+    for length in [data + third, data + 2 * third] {
+        for tail in [&b""[..], b"and then some text", &junk(3000), &whole] {
+            let what = format!("{length} bytes and {} others", tail.len());
+            refused(&[&whole[..length], tail, end].concat(), &what);
+        }
+    }
+    let whole = progressive();
+    refused(&[&whole[..whole.len() - 12], end].concat(), &"progressive, in the second scan");
 }
 
 #[test]

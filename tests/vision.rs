@@ -287,6 +287,14 @@ fn gathering_follows_each_lanes_column_and_touches_nothing_else() {
 }
 
 #[test]
+fn the_memory_foretold_is_what_arenas_take() {
+    let cases = case_set(14, 40, 90);
+    let all = (0..cases.groups()).flat_map(|group| Rect::all().map(move |rect| (group, rect)));
+    let taken: usize = all.map(|(group, rect)| size_of_val(cases.x_obstacle_arena(rect, group))).sum();
+    assert_eq!(CaseSet::arenas_memory_needed(cases.len(), 90), taken as u64);
+}
+
+#[test]
 fn threads_share_one_arena() {
     let cases = case_set(13, 64, 48);
     let addresses: Vec<Vec<usize>> = std::thread::scope(|scope| {

@@ -10,6 +10,7 @@ use vsonar::tree::{Individual, Shortest};
 
 use super::CliError;
 use super::executor::{Choice, answers};
+use super::memory::MemoryArgs;
 use super::output::{self, percent};
 use super::table::Table;
 
@@ -37,6 +38,8 @@ pub(crate) struct Args {
     /// What runs the program; all give the same answers
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Cranelift)]
     executor: Choice,
+    #[command(flatten)]
+    memory: MemoryArgs,
     /// An answer is correct within this many rows of the label
     #[arg(long, value_name = "ROWS", default_value_t = TOLERANCE, value_parser = tolerance, allow_negative_numbers = true)]
     tolerance: f64,
@@ -141,6 +144,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     if let Some(pattern) = &args.pattern {
         set = set.select(pattern)?;
     }
+    args.memory.check([&set])?;
     let answers = answers(&*executor, &individual, &set)?;
     if let Some(file) = &args.answers {
         let csv = csv(&set, &answers)?;

@@ -9,6 +9,7 @@ use std::time::Instant;
 use vsonar::evolve::{Evolution, RunFolder, Settings, StopReason};
 
 use super::executor::Choice;
+use super::memory::MemoryArgs;
 use super::output::{self, count, grouped, shell_word};
 use super::settings::SettingsArgs;
 use super::source::{Cases, DataArgs, Source};
@@ -49,7 +50,7 @@ pub(crate) struct Args {
     /// The run folder to make [default: runs/NAME-seed-N with the next free number]
     #[arg(long, value_name = "RUN", help_heading = "Run")]
     out: Option<PathBuf>,
-    /// Go on with the run of this folder; accepts only more generations, threads, executor and quietness
+    /// Go on with the run of this folder; accepts only more generations, threads, executor, memory and quietness
     #[arg(
         long,
         value_name = "RUN",
@@ -66,6 +67,8 @@ pub(crate) struct Args {
     /// What runs the programs; all give the same results
     #[arg(long, value_name = "NAME", help_heading = "Run", value_enum, default_value_t = Choice::Cranelift)]
     executor: Choice,
+    #[command(flatten, next_help_heading = "Run")]
+    memory: MemoryArgs,
     /// Show nothing before the summary
     #[arg(long, short, help_heading = "Run")]
     quiet: bool,
@@ -126,6 +129,7 @@ fn fresh(args: &Args) -> Result<Prepared, CliError> {
         return Err(vsonar::evolve::FolderError::Exists(out.clone()).into());
     }
     let cases = source.load()?;
+    args.memory.check(cases.sets())?;
     let threads = usize::from(args.threads.unwrap_or(0));
     let table = source.to_table(&cases)?;
     let folder = match &args.out {
@@ -156,6 +160,7 @@ fn resume(args: &Args, path: &Path) -> Result<Prepared, CliError> {
     let executor = args.executor.make()?;
     let cases = source.load()?;
     cases.check_holdout(folder.data(), path)?;
+    args.memory.check(cases.sets())?;
     let threads = usize::from(args.threads.unwrap_or(0));
     let evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads)?;
     Ok(Prepared { evolution, cases, source, named: None, folder: path.to_path_buf() })

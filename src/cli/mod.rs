@@ -11,6 +11,7 @@ mod evolve;
 mod executor;
 mod interrupt;
 mod ir;
+mod memory;
 mod output;
 mod settings;
 mod show;

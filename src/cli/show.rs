@@ -15,6 +15,7 @@ use vsonar::tree::Individual;
 use vsonar::world::{Corridor, FRAMES};
 
 use super::executor::{Choice, answers};
+use super::memory::MemoryArgs;
 use super::output::{self, count, percent};
 use super::{CliError, eval, interrupt, source};
 
@@ -56,6 +57,8 @@ pub(crate) struct Args {
     /// What runs the program; all give the same answers
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Cranelift)]
     executor: Choice,
+    #[command(flatten)]
+    memory: MemoryArgs,
     /// An answer is correct within this many rows of the label
     #[arg(long, value_name = "ROWS", default_value_t = TOLERANCE, value_parser = eval::tolerance, allow_negative_numbers = true)]
     tolerance: f64,
@@ -85,6 +88,7 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
     if let Some(pattern) = &args.pattern {
         set = set.select(pattern)?;
     }
+    args.memory.check([&set])?;
     let answers = answers(&*executor, &individual, &set)?;
     let style = Style {
         tolerance: args.tolerance,
@@ -261,6 +265,7 @@ mod tests {
             pattern: None,
             out: dir.join("out"),
             executor: Choice::Reference,
+            memory: MemoryArgs::default(),
             tolerance: TOLERANCE,
             sheet_columns: 2,
             scale: Some(2),

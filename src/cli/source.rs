@@ -105,6 +105,11 @@ impl Cases {
             _ => Ok(()),
         }
     }
+
+    /// Both sets, or the one there is. At the end of a run both are in memory.
+    pub(crate) fn sets(&self) -> impl Iterator<Item = &Dataset> {
+        std::iter::once(&self.train).chain(&self.holdout)
+    }
 }
 
 impl DataArgs {

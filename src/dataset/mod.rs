@@ -28,7 +28,7 @@ use std::sync::Arc;
 use image::GrayImage;
 use rayon::prelude::*;
 
-use crate::vision::{CaseSet, Lane, WindowSums};
+use crate::vision::{CaseSet, Lane, Planes, WindowSums};
 
 mod check;
 mod constants;
@@ -139,11 +139,33 @@ impl Dataset {
     }
 
     /// What the executors run on: the window sums of all images (computed in parallel) and a lane for each case,
-    /// in order.
+    /// in order. It takes some 80 bytes a pixel, see [`Dataset::memory_needed`].
     pub fn case_set(&self) -> CaseSet {
         let images = self.images.par_iter().map(|i| Arc::new(WindowSums::new(&i.pixels))).collect();
         let lanes = self.cases.iter().map(|c| Lane { image: c.image as u32, column: c.x }).collect();
         CaseSet::new(images, lanes).expect("images of one size, cases inside them")
+    }
+
+    /// Bytes that [`Dataset::case_set`] and the programs that run on it take at most, to be held against the
+    /// machine's memory before. It counts the window sums of all images, which stay; and whichever is more, the
+    /// operator planes of as many images as are computed at a time (one on each thread of rayon's pool), or the
+    /// strips of all cases for every rectangle that a program can ask for. The images themselves, 1 byte a pixel,
+    /// are in memory already and not counted.
+    ///
+    /// ```
+    /// use vsonar::world::Corridor;
+    /// // 65 photographs of 4000 x 3000 pixels would take 62 GB: 80 bytes a pixel. This is a small set.
+    /// let set = Corridor { width: 64, height: 48, ..Corridor::default() }.render(1, 4)?;
+    /// let sums = 4 * 80 * 65 * 49;
+    /// assert!(set.memory_needed() > sums && set.memory_needed() < 10 << 20);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn memory_needed(&self) -> u64 {
+        let (width, height, images) = (self.width, self.height, self.images.len());
+        let at_a_time = images.min(rayon::current_num_threads());
+        let planes = at_a_time as u64 * Planes::memory_needed(width, height);
+        let arenas = CaseSet::arenas_memory_needed(self.cases.len(), height);
+        images as u64 * WindowSums::memory_needed(width, height) + planes.max(arenas)
     }
 
     /// A hash of everything a run depends on: size, images (names and pixels) and cases, in order, but not the

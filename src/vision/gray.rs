@@ -1,9 +1,12 @@
 //! Image files to 8-bit gray.
 
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, GrayImage, ImageFormat, ImageReader, Limits, Luma};
 use vsonar_ir::Program;
+
+use super::jpeg;
 
 /// Most bytes that decoding one file may take: a small file may claim to hold an enormous image.
 const MAX_BYTES: u64 = 512 << 20;
@@ -78,11 +81,7 @@ pub fn load_gray(path: &Path) -> Result<GrayImage, ImageError> {
     let Some(format) = reader.format() else {
         return Err(ImageError::Format { path: path.to_owned() });
     };
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(Program::MAX_SIDE);
-    limits.max_image_height = Some(Program::MAX_SIDE);
-    limits.max_alloc = Some(MAX_BYTES);
-    reader.limits(limits);
+    reader.limits(limits());
     let image = reader.decode().map_err(|source| match source {
         image::ImageError::Limits(_) => ImageError::TooLarge { path: path.to_owned() },
         source => ImageError::Decode { path: path.to_owned(), source },
@@ -95,18 +94,29 @@ pub fn load_gray(path: &Path) -> Result<GrayImage, ImageError> {
     if width.max(height) > Program::MAX_SIDE {
         return Err(ImageError::TooLarge { path: path.to_owned() });
     }
-    if format == ImageFormat::Jpeg && !jpeg_is_whole(&std::fs::read(path).map_err(io)?) {
+    if format == ImageFormat::Jpeg && !is_whole_jpeg(&std::fs::read(path).map_err(io)?, &image) {
         return Err(ImageError::CutOff { path: path.to_owned() });
     }
     Ok(to_gray(image))
 }
 
-/// Whether JPEG data have an end marker after their last start of a scan. The decoder goes without, and fills what is
-/// missing with gray, which would train detectors on pictures that no camera took. Within a scan every byte FF
-/// of data is escaped, so a marker there is a marker.
-fn jpeg_is_whole(file: &[u8]) -> bool {
-    let last = |marker: [u8; 2]| file.windows(2).rposition(|pair| pair == marker);
-    last([0xff, 0xd9]) > last([0xff, 0xda])
+/// Whether a JPEG file holds all of the picture that the decoder made of it.
+fn is_whole_jpeg(file: &[u8], image: &DynamicImage) -> bool {
+    let Some(end) = jpeg::picture_end(file) else { return false };
+    let more = Cursor::new(jpeg::with_more_data(file, end));
+    let mut reader = ImageReader::with_format(more, ImageFormat::Jpeg);
+    reader.limits(limits());
+    // The decoder may refuse superfluous data; then the end marker has to do.
+    reader.decode().map_or(true, |again| again == *image)
+}
+
+/// What decoding one file may take.
+fn limits() -> Limits {
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(Program::MAX_SIDE);
+    limits.max_image_height = Some(Program::MAX_SIDE);
+    limits.max_alloc = Some(MAX_BYTES);
+    limits
 }
 
 /// An image as 8-bit gray: colour as [`DynamicImage::to_luma8`] converts it, 16 bits as (v + 128) / 257, of

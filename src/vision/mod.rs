@@ -39,6 +39,7 @@
 
 pub mod arena;
 pub mod gray;
+mod jpeg;
 pub mod planes;
 pub mod strips;
 pub mod sums;

@@ -139,6 +139,13 @@ impl Planes {
         planes
     }
 
+    /// Bytes that the planes of an image of this size take while they are computed.
+    pub fn memory_needed(width: u32, height: u32) -> u64 {
+        let (width, height) = (u64::from(width), u64::from(height));
+        // Three planes of bytes and five of 16 bits, and the image with its border in 16 bits.
+        width * height * (3 + 5 * 2) + (width + 2) * (height + 2) * 2
+    }
+
     /// Width of the image in pixels.
     pub fn width(&self) -> u32 {
         self.width as u32
@@ -248,6 +255,16 @@ mod tests {
     use vsonar_ir::formula::image::ScalarPixels;
 
     use super::*;
+
+    #[test]
+    fn the_memory_foretold_is_what_is_taken() {
+        let image = GrayImage::new(31, 17);
+        let planes = Planes::new(&image);
+        let bytes: usize = planes.bytes.iter().map(|plane| size_of_val(&plane[..])).sum();
+        let words: usize = planes.words.iter().map(|plane| size_of_val(&plane[..])).sum();
+        let taken = bytes + words + size_of_val(&pad(&image)[..]);
+        assert_eq!(Planes::memory_needed(31, 17), taken as u64);
+    }
 
     #[test]
     fn fast_roots_are_the_formula() {

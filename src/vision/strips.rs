@@ -129,6 +129,13 @@ impl CaseSet {
         Ok(CaseSet { images, lanes, columns, arenas })
     }
 
+    /// Bytes that all arenas of so many cases take, once programs have asked for every rectangle
+    /// ([`CaseSet::x_obstacle_arena`]), on images of this height.
+    pub fn arenas_memory_needed(cases: usize, height: u32) -> u64 {
+        let group: u64 = Rect::all().map(|rect| arena_len(rect, height) as u64).sum();
+        cases.div_ceil(LANES) as u64 * group * size_of::<f32>() as u64
+    }
+
     /// Width of the images in pixels.
     pub fn width(&self) -> u32 {
         self.images[0].width()

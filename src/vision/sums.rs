@@ -80,6 +80,12 @@ impl WindowSums {
         sums
     }
 
+    /// Bytes that the averages of an image of this size take.
+    pub fn memory_needed(width: u32, height: u32) -> u64 {
+        let corners = (u64::from(width) + 1) * (u64::from(height) + 1);
+        corners * (NARROW * size_of::<u32>() + WIDE * size_of::<u64>()) as u64
+    }
+
     /// Width of the image in pixels.
     pub fn width(&self) -> u32 {
         self.width as u32
@@ -278,6 +284,13 @@ mod tests {
             }
         }
         assert_eq!((narrow, wide), ([1; NARROW], [1; WIDE]));
+    }
+
+    #[test]
+    fn the_memory_foretold_is_what_is_taken() {
+        let sums = WindowSums::new(&GrayImage::new(31, 17));
+        let taken = size_of_val(&sums.narrow[..]) + size_of_val(&sums.wide[..]);
+        assert_eq!(WindowSums::memory_needed(31, 17), taken as u64);
     }
 
     #[test]

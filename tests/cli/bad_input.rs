@@ -189,6 +189,9 @@ fn flags_that_are_wrong() {
         (&["evolve", "--population", "many"], "--population"),
         (&["evolve", "--generations", "0"], "generations"),
         (&["evolve", "--threads", "0"], "--threads"),
+        (&["evolve", "--memory", "0"], "--memory"),
+        (&["eval", "up.gp", "--data", "data", "--memory", "-1"], "--memory"),
+        (&["show", "up.gp", "--out", "x", "--memory", "much"], "--memory"),
         (&["evolve", "--trees", "3"], "trees"),
         (&["evolve", "--tolerance", "-1"], "tolerance"),
         (&["evolve", "--tolerance", "nan"], "tolerance"),
@@ -215,4 +218,37 @@ fn flags_that_are_wrong() {
         assert!(complaint.contains("--help"), "{arguments:?}: {complaint}");
     }
     assert!(place.fails(1, &["data", "synth", "new", "--frames", "0"]).contains("frames"));
+}
+
+#[test]
+fn images_that_need_too_much_memory() {
+    let place = Place::new();
+    place.write("up.gp", "(individual (iterate-up 3x3 x-obstacle (set-a y)))");
+    place.ok(&tiny(&["--out", "run"]));
+    let commands: [&[&str]; 4] = [
+        &["evolve", "--data", "data", "--out", "new"],
+        &["evolve", "--resume", "run", "--generations", "5"],
+        &["eval", "up.gp", "--data", "data"],
+        &["show", "up.gp", "--data", "data", "--out", "pictures"],
+    ];
+    for command in commands {
+        let complaint = place.fails(1, &[command, &["--memory", "0.001"]].concat());
+        for said in [
+            "needed for 6 images of 64 x 48 pixels",
+            "the limit is 0.001 GiB",
+            "scale the images down",
+            "fewer",
+        ] {
+            assert!(complaint.contains(said), "{command:?}: {complaint}");
+        }
+        assert!(complaint.contains("raise the limit with `--memory 0."), "{complaint}");
+    }
+    // Held-out images count too.
+    let both = ["evolve", "--data", "data", "--holdout", "data", "--memory", "0.005"];
+    assert!(place.fails(1, &both).contains("6 images of 64 x 48 pixels and 6 images"));
+    // With enough, all goes its way; it is no setting, and a resume accepts it.
+    place.ok(&["evolve", "--resume", "run", "--generations", "5", "--quiet", "--memory", "0.005"]);
+    assert!(!place.read("run/settings.toml").contains("memory"));
+    place.ok(&["eval", "up.gp", "--data", "data", "--memory", "0.005"]);
+    place.ok(&["show", "up.gp", "--data", "data", "--out", "pictures", "--memory", "0.005"]);
 }

@@ -133,6 +133,12 @@ fn other_stated_defaults_are_the_real_ones() {
     assert!(of_flag(&help(&["eval"]), "--tolerance").contains(&format!("[default: {TOLERANCE}]")));
     assert!(of_flag(&help(&["eval"]), "--executor").contains("[default: cranelift]"));
     assert!(of_flag(&help(&["data", "synth"]), "--frames").contains(&format!("[default: {FRAMES}]")));
+    for command in ["evolve", "eval", "show"] {
+        // The number itself is tested where it is computed.
+        let said = of_flag(&help(&[command]), "--memory");
+        let default = "[default: three quarters of the machine's memory, 8 where that is unknown]";
+        assert!(said.contains(default), "{said}");
+    }
     let ir = help(&["ir"]);
     assert!(of_flag(&ir, "--stage").contains("[default: optimised]"));
     assert!(of_flag(&ir, "--size").contains("[default: 320x240]"));

@@ -1,0 +1,127 @@
+//! How much memory the fitness cases may take.
+
+use std::fs;
+
+use vsonar::dataset::Dataset;
+
+use super::CliError;
+use super::output::count;
+
+const GIB: f64 = (1u64 << 30) as f64;
+
+/// The limit where the machine does not tell its memory.
+const UNKNOWN: u64 = 8 << 30;
+
+/// The flag that limits the memory. It is no setting of a run, for results do not depend on it.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub(crate) struct MemoryArgs {
+    /// Refuse images that would need more memory than this many GiB [default: three quarters of the machine's memory, 8
+    /// where that is unknown]
+    ///
+    /// What every program needs again and again is computed once and held in memory: about 80 bytes for each
+    /// pixel of each image.
+    #[arg(long, value_name = "GIB", value_parser = gib, allow_negative_numbers = true)]
+    memory: Option<u64>,
+}
+
+impl MemoryArgs {
+    /// Refuses sets that do not fit into memory together. To be asked before their cases are prepared.
+    pub(crate) fn check<'a>(self, sets: impl IntoIterator<Item = &'a Dataset>) -> Result<(), CliError> {
+        let limit = self.memory.unwrap_or_else(|| default_limit(physical_memory()));
+        let (mut need, mut images) = (0u64, Vec::new());
+        for set in sets {
+            need = need.saturating_add(set.memory_needed());
+            let number = count(set.images().len() as u64, "image");
+            images.push(format!("{number} of {} x {} pixels", set.width(), set.height()));
+        }
+        if need <= limit {
+            return Ok(());
+        }
+        let need = thousandths(need).ceil() / 1000.0;
+        Err(CliError::Failed(format!(
+            "about {need} GiB of memory are needed for {}, but the limit is {} GiB; scale the images down (half the \
+             width and height need a quarter), use fewer images, or raise the limit with `--memory {need}`",
+            images.join(" and "),
+            thousandths(limit).floor() / 1000.0,
+        )))
+    }
+}
+
+/// Thousandths of a GiB.
+fn thousandths(bytes: u64) -> f64 {
+    bytes as f64 / GIB * 1000.0
+}
+
+/// A number of GiB, in bytes.
+fn gib(text: &str) -> Result<u64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
+    // A number beyond all memory there is becomes the largest.
+    number
+        .map(|number| (number * GIB).ceil() as u64)
+        .ok_or_else(|| "give a number of GiB above 0".to_string())
+}
+
+/// The limit on a machine with so much memory.
+fn default_limit(physical: Option<u64>) -> u64 {
+    physical.map_or(UNKNOWN, |bytes| bytes / 4 * 3)
+}
+
+/// The physical memory of this machine in bytes, if it can be told.
+fn physical_memory() -> Option<u64> {
+    total_of(&fs::read_to_string("/proc/meminfo").ok()?)
+}
+
+/// The total in the text of /proc/meminfo, which has kibibytes.
+fn total_of(text: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    kib.checked_mul(1024).filter(|&bytes| bytes > 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use image::GrayImage;
+    use vsonar::dataset::{Case, NamedImage};
+
+    use super::*;
+
+    #[test]
+    fn the_default_is_three_quarters() {
+        let total = total_of("MemFree: 1 kB\nMemTotal:       24684096 kB\n");
+        assert_eq!(total, Some(24_684_096 << 10));
+        assert_eq!(default_limit(total), 3 * 24_684_096 * 256);
+        for text in ["", "MemTotal: 5\n", "MemTotal: many kB\n", "MemTotal: 0 kB\n", "MemTotal: -1 kB\n"] {
+            assert_eq!(total_of(text), None, "{text:?}");
+        }
+        assert_eq!(default_limit(None), 8 << 30);
+        #[cfg(target_os = "linux")]
+        assert!(physical_memory().expect("told by the system") > 64 << 20);
+    }
+
+    #[test]
+    fn numbers_of_gib() {
+        assert_eq!((gib("1"), gib("0.5"), gib("1e99")), (Ok(1 << 30), Ok(1 << 29), Ok(u64::MAX)));
+        for text in ["0", "-1", "nan", "inf", "much", ""] {
+            assert!(gib(text).expect_err(text).contains("above 0"));
+        }
+    }
+
+    #[test]
+    fn the_limit_that_is_advised_is_enough() {
+        let image = NamedImage { name: "a.png".into(), pixels: GrayImage::new(64, 48) };
+        let set = Dataset::new("set", vec![image], vec![Case { image: 0, x: 1, y: 1 }]).expect("sound");
+        let refused = |sets: &[&Dataset], memory| {
+            MemoryArgs { memory: Some(memory) }.check(sets.iter().copied()).err().map(|error| match error {
+                CliError::Failed(text) => text,
+                other => panic!("{other:?}"),
+            })
+        };
+        let need = set.memory_needed();
+        assert_eq!(refused(&[&set], need), None);
+        assert!(refused(&[&set, &set], 2 * need - 1).is_some() && refused(&[&set, &set], 2 * need).is_none());
+        let text = refused(&[&set], need - 1).expect("too little");
+        assert!(text.contains("are needed for 1 image of 64 x 48 pixels, but"), "{text}");
+        let advised = text.split("--memory ").nth(1).expect("a remedy").trim_end_matches('`');
+        assert_eq!(refused(&[&set], gib(advised).expect("a number")), None);
+    }
+}
