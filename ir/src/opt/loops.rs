@@ -48,9 +48,8 @@ fn breaks_at_once(l: &Loop) -> bool {
 fn forward(l: &mut Loop, height: u32, writer: &mut Writer) -> bool {
     let one_position = l.span == Span::Last || breaks_at_once(l);
     let (row, first_window) = (l.rows(height).next(), l.first_window_at_start(height));
-    let next = l.next;
-    let body = l.body.clone();
-    let constant_zero = |k: u8| match next[k as usize].map(|reg| body.inst(reg).leaf()) {
+    let leaf_of_next = l.next.map(|next| next.map(|reg| l.body.inst(reg).leaf()));
+    let constant_zero = |k: u8| match leaf_of_next[k as usize] {
         None => true,
         Some(Some(Leaf::Read(of))) => of == k,
         Some(Some(Leaf::Const(value))) => value.to_bits() == 0,
@@ -63,16 +62,14 @@ fn forward(l: &mut Loop, height: u32, writer: &mut Writer) -> bool {
         _ => leaf,
     };
     // Compared by bits: a NaN equals itself here.
-    if body.insts().iter().all(|inst| inst.leaf().is_none_or(|leaf| replace(leaf).encode() == leaf.encode()))
+    if l.body
+        .insts()
+        .iter()
+        .all(|inst| inst.leaf().is_none_or(|leaf| replace(leaf).encode() == leaf.encode()))
     {
         return false;
     }
-    let map = writer.rewrite(&body, replace);
-    l.next = l.next.map(|next| next.map(|reg| map[reg.index()]));
-    l.break_if = l.break_if.map(|reg| map[reg.index()]);
-    (l.invariant_end, l.uniform_end) = (0, 0);
-    writer.replace(&mut l.body);
-    true
+    writer.rewrite_body(l, replace)
 }
 
 /// The value of each first-loop register that is known.
@@ -101,13 +98,5 @@ fn forward_first_loop(program: &mut Program, writer: &mut Writer) -> bool {
         _ => leaf,
     };
     let l = &mut program.second;
-    let map = writer.rewrite(&l.column.block, replace);
-    l.column.result = map[l.column.result.index()];
-    writer.replace(&mut l.column.block);
-    let map = writer.rewrite(&l.body, replace);
-    l.next = l.next.map(|next| next.map(|reg| map[reg.index()]));
-    l.break_if = l.break_if.map(|reg| map[reg.index()]);
-    (l.invariant_end, l.uniform_end) = (0, 0);
-    writer.replace(&mut l.body);
-    true
+    writer.rewrite_column(&mut l.column, replace) | writer.rewrite_body(l, replace)
 }

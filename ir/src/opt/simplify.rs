@@ -4,7 +4,7 @@ use crate::op::Leaf;
 use crate::opt::facts::Facts;
 use crate::opt::gvn::{self, Numbering};
 use crate::opt::{algebra, fold};
-use crate::program::{Block, Inst, Loop, Program, Reg};
+use crate::program::{Block, Column, Inst, Loop, Program, Reg};
 
 /// Simplifies every block of a program; whether anything changed.
 pub fn run(program: &mut Program) -> bool {
@@ -17,20 +17,7 @@ pub fn run(program: &mut Program) -> bool {
 }
 
 fn run_loop(l: &mut Loop, writer: &mut Writer) -> bool {
-    let mut changed = false;
-    let map = writer.rewrite(&l.column.block, |leaf| leaf);
-    l.column.result = map[l.column.result.index()];
-    changed |= writer.replace(&mut l.column.block);
-
-    let map = writer.rewrite(&l.body, |leaf| leaf);
-    l.next = l.next.map(|next| next.map(|reg| map[reg.index()]));
-    l.break_if = l.break_if.map(|reg| map[reg.index()]);
-    if writer.insts() != l.body.insts() {
-        // What was computed out of order may stand anywhere; regions are split again at the end.
-        l.invariant_end = 0;
-        l.uniform_end = 0;
-    }
-    changed | writer.replace(&mut l.body)
+    writer.rewrite_column(&mut l.column, |leaf| leaf) | writer.rewrite_body(l, |leaf| leaf)
 }
 
 /// A block being written, with what is known of its registers.
@@ -66,6 +53,26 @@ impl Writer {
         }
         self.map = map;
         &self.map
+    }
+
+    /// Rewrites a column expression in its place, passing each leaf through `leaf`; whether that changes it.
+    pub fn rewrite_column(&mut self, column: &mut Column, leaf: impl Fn(Leaf) -> Leaf) -> bool {
+        let map = self.rewrite(&column.block, leaf);
+        column.result = map[column.result.index()];
+        self.replace(&mut column.block)
+    }
+
+    /// Rewrites a body in its place, passing each leaf through `leaf`; whether that changes it.
+    pub fn rewrite_body(&mut self, l: &mut Loop, leaf: impl Fn(Leaf) -> Leaf) -> bool {
+        let map = self.rewrite(&l.body, leaf);
+        l.next = l.next.map(|next| next.map(|reg| map[reg.index()]));
+        l.break_if = l.break_if.map(|reg| map[reg.index()]);
+        let changed = self.replace(&mut l.body);
+        if changed {
+            // What was computed out of order may stand anywhere; regions are split again at the end.
+            (l.invariant_end, l.uniform_end) = (0, 0);
+        }
+        changed
     }
 
     /// The instructions written.
