@@ -75,6 +75,7 @@ fn gather(c: &mut Criterion) {
     group.throughput(Throughput::Elements(LANES as u64));
     for (name, rect) in [("2x2", Rect::new(2, 2)), ("3x8", Rect::new(3, 8)), ("8x8", Rect::new(8, 8))] {
         let rect = rect.expect("in the list");
+        let rows = 0..rect.positions(HEIGHT) as usize;
         let mut out = Arena::zeroed(arena_len(rect, HEIGHT));
         for operand in ["raw", "moravec-slash-sq"] {
             let operand = [Operand::from_name(operand).expect("an operand")];
@@ -85,7 +86,7 @@ fn gather(c: &mut Criterion) {
                     group_number = (group_number + 1) % (cases.groups() - 1);
                     turn += 1;
                     let columns = std::array::from_fn(|l| 10 + (turn * 7 + l as u32 * 29) % 300);
-                    cases.gather(group_number, rect, &columns, &operand, &mut out);
+                    cases.gather(group_number, rect, &columns, &operand, rows.clone(), &mut out);
                 });
             });
         }

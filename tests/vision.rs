@@ -275,7 +275,8 @@ fn gathering_follows_each_lanes_column_and_touches_nothing_else() {
         let columns: [u32; LANES] = std::array::from_fn(|_| rng.random_range(lo..=hi));
         let wanted: Vec<Operand> = all.iter().copied().filter(|_| rng.random_range(0..2u32) == 0).collect();
         let mut arena = vec![-7.0; arena_len(rect, height) + 5];
-        cases.gather(group, rect, &columns, &wanted, &mut arena);
+        let rows = 0..rect.positions(cases.height()) as usize;
+        cases.gather(group, rect, &columns, &wanted, rows, &mut arena);
         check_arena(&cases, group, rect, &columns, &wanted, &arena);
         let len = strip_len(rect, height);
         for operand in all.iter().filter(|o| !wanted.contains(o)) {

@@ -63,7 +63,7 @@ impl<M: Machine + ?Sized> Value<M> {
     ///
     /// # Panics
     /// If it is of another type, which the verifier excludes for operands of a verified program.
-    #[inline]
+    #[inline(always)]
     pub fn f32(self) -> M::F {
         let Value::F32(v) = self else { panic!("an f32 is expected here, not {}", self.ty()) };
         v
@@ -73,7 +73,7 @@ impl<M: Machine + ?Sized> Value<M> {
     ///
     /// # Panics
     /// As [`Value::f32`].
-    #[inline]
+    #[inline(always)]
     pub fn i32(self) -> M::I {
         let Value::I32(v) = self else { panic!("an i32 is expected here, not {}", self.ty()) };
         v
@@ -83,11 +83,32 @@ impl<M: Machine + ?Sized> Value<M> {
     ///
     /// # Panics
     /// As [`Value::f32`].
-    #[inline]
+    #[inline(always)]
     pub fn mask(self) -> M::M {
         let Value::Mask(v) = self else { panic!("a mask is expected here, not {}", self.ty()) };
         v
     }
+}
+
+/// An operation that is no leaf, as a type.
+pub trait Formula {
+    /// Which operation.
+    const OP: Op;
+
+    /// Computes it; as [`Op::apply`].
+    ///
+    /// # Panics
+    /// If the operands are not of the types of [`Op::operands`].
+    fn apply<M: Machine + ?Sized>(machine: &mut M, args: &[Value<M>], imm: u32) -> Value<M>;
+}
+
+/// What wants an operation's formula as a type: see [`Op::visit`].
+pub trait FormulaVisitor {
+    /// What comes of it.
+    type Output;
+
+    /// Takes the formula.
+    fn visit<F: Formula>(self) -> Self::Output;
 }
 
 macro_rules! take {
@@ -180,18 +201,45 @@ macro_rules! operations {
                 args: &[Value<M>],
                 imm: u32,
             ) -> Option<Value<M>> {
-                let _ = imm;
                 match self {
                     $( Op::$leaf => None, )*
-                    $( Op::$op => {
-                        let $m = machine;
+                    $( Op::$op => Some(formulas::$op::apply(machine, args, imm)), )*
+                }
+            }
+
+            /// Hands the operation's formula to a visitor, as a type; `None` for a leaf. What the visitor does
+            /// with it is compiled once for each operation.
+            #[inline(always)]
+            pub fn visit<V: FormulaVisitor>(self, visitor: V) -> Option<V::Output> {
+                match self {
+                    $( Op::$leaf => None, )*
+                    $( Op::$op => Some(visitor.visit::<formulas::$op>()), )*
+                }
+            }
+        }
+
+        /// The formulas of the operations that are no leaves, each as a type, for loops that want one inlined.
+        pub mod formulas {
+            use super::*;
+
+            $(
+                $(#[$doc])*
+                #[derive(Debug, Clone, Copy)]
+                pub struct $op;
+
+                impl Formula for $op {
+                    const OP: Op = Op::$op;
+
+                    #[inline(always)]
+                    fn apply<M: Machine + ?Sized>($m: &mut M, args: &[Value<M>], imm: u32) -> Value<M> {
+                        let _ = imm;
                         let mut _args = args.iter();
                         $( let $arg = take!($aty, _args.next().expect("the verifier counts operands")); )*
                         $( let $imm = imm; )?
-                        Some(Value::$ty($body))
-                    } )*
+                        Value::$ty($body)
+                    }
                 }
-            }
+            )*
         }
     };
     (@commutative commutative) => { true };

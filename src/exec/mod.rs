@@ -11,6 +11,7 @@ use vsonar_ir::Program;
 use crate::tree::Individual;
 use crate::vision::CaseSet;
 
+pub mod batch;
 pub mod cranelift;
 pub mod reference;
 pub mod tree;
@@ -30,6 +31,11 @@ impl<'a> Candidate<'a> {
     /// A candidate for images of `width` x `height` pixels.
     pub fn new(individual: &'a Individual, width: u32, height: u32) -> Candidate<'a> {
         Candidate { individual, width, height, program: OnceCell::new(), lowering: OnceCell::new() }
+    }
+
+    /// Width and height of the images, in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
     }
 
     /// The individual.
@@ -102,6 +108,9 @@ pub enum ExecError {
         /// Height asked for.
         height: u32,
     },
+    /// The machine has no vectors of this width.
+    #[error("this machine has no vectors of {} lanes; choose `--executor batch`, which takes the widest it has", .0.lanes())]
+    Vectors(batch::Vectors),
     /// Code could not be generated.
     #[error("the program could not be compiled: {0}")]
     Compile(String),
@@ -110,14 +119,19 @@ pub enum ExecError {
     Memory(std::io::Error),
 }
 
-/// Refuses cases whose images are not of the candidate's size.
-pub(crate) fn check_size(candidate: &Candidate<'_>, cases: &CaseSet) -> Result<(), ExecError> {
-    let (program_width, program_height) = (candidate.width, candidate.height);
+/// Refuses cases whose images are not of a program's size, given as width and height.
+pub(crate) fn check_size(program: (u32, u32), cases: &CaseSet) -> Result<(), ExecError> {
+    let (program_width, program_height) = program;
     let (width, height) = (cases.width(), cases.height());
-    if (program_width, program_height) == (width, height) {
+    if program == (width, height) {
         return Ok(());
     }
     Err(ExecError::ImageSize { program_width, program_height, width, height })
+}
+
+/// The final registers of a loop that anyone reads.
+pub(crate) fn wanted(program: &Program, first: bool) -> [bool; 5] {
+    if first { program.second().reads_first_loop() } else { [true, false, false, false, false] }
 }
 
 /// A way of running programs, shared by all threads.

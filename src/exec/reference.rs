@@ -29,7 +29,7 @@ impl Worker for ReferenceWorker {
         answers: &mut [f32],
     ) -> Result<Timing, ExecError> {
         let program = candidate.program();
-        check_size(candidate, cases)?;
+        check_size(candidate.size(), cases)?;
         let start = Instant::now();
         for (i, (answer, lane)) in answers.iter_mut().zip(cases.lanes()).enumerate() {
             *answer = vsonar_ir::reference::answer(program, cases.image(i), lane.column as f32);

@@ -289,7 +289,7 @@ impl Worker for TreeWorker {
         cases: &CaseSet,
         answers: &mut [f32],
     ) -> Result<Timing, ExecError> {
-        check_size(candidate, cases)?;
+        check_size(candidate.size(), cases)?;
         let start = Instant::now();
         let walker = Walker::new(candidate.individual(), cases.width(), cases.height());
         for (case, (answer, lane)) in answers.iter_mut().zip(cases.lanes()).enumerate() {

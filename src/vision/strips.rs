@@ -14,6 +14,7 @@
 //! Arenas of the columns that the cases ask for are made once and shared by all threads. Those of other columns
 //! are gathered into the executor's own scratch space ([`CaseSet::gather`]).
 
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use vsonar_ir::{Operand, Rect};
@@ -22,7 +23,7 @@ use super::arena::Arena;
 use super::sums::WindowSums;
 
 /// Lanes in a group.
-pub const LANES: usize = 32;
+pub const LANES: usize = 64;
 
 /// One fitness case, without its label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -207,28 +208,29 @@ impl CaseSet {
         self.arenas[rect.index() * self.groups() + group].get_or_init(|| {
             let mut arena = Arena::zeroed(arena_len(rect, self.height()));
             let columns = self.columns[group].map(|column| rect.resolve_column(column, self.width()));
+            let rows = 0..rect.positions(self.height()) as usize;
             for operand in Operand::all() {
-                self.gather(group, rect, &columns, &[operand], &mut arena);
+                self.gather(group, rect, &columns, &[operand], rows.clone(), &mut arena);
             }
             arena
         })
     }
 
     /// Fills the strips of `operands` in `out`, an arena of at least [`arena_len`], for windows centred on an
-    /// own column for each lane. The lanes beyond the last case read its image. The space of other operands
-    /// is left as it is.
+    /// own column for each lane, at the positions `rows` (numbers from the top, below `rect.positions(height)`). The
+    /// lanes beyond the last case read its image. The space of other operands and positions is left as it is.
     ///
     /// # Panics
-    /// If there is no such group, `out` is too short, or a column is not in `rect.columns(width)`.
+    /// If there is no such group or position, `out` is too short, or a column is not in `rect.columns(width)`.
     pub fn gather(
         &self,
         group: usize,
         rect: Rect,
         columns: &[u32; LANES],
         operands: &[Operand],
+        rows: Range<usize>,
         out: &mut [f32],
     ) {
-        let positions = rect.positions(self.height()) as usize;
         let len = strip_len(rect, self.height());
         let first = group * LANES;
         let last = first + self.group_len(group) - 1;
@@ -236,8 +238,8 @@ impl CaseSet {
         let mut tile = [[0.0; TILE]; LANES];
         for &operand in operands {
             let strip = &mut out[usize::from(operand.index()) * len..][..len];
-            for start in (0..positions).step_by(TILE) {
-                let n = (positions - start).min(TILE);
+            for start in rows.clone().step_by(TILE) {
+                let n = (rows.end - start).min(TILE);
                 for ((part, image), &x) in tile.iter_mut().zip(images).zip(columns) {
                     image.strip_part(operand, rect, x, start, &mut part[..n]);
                 }

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use image::GrayImage;
+use vsonar::exec::batch::{BatchExecutor, Vectors};
 use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
 use vsonar::exec::reference::ReferenceExecutor;
 use vsonar::exec::tree::TreeExecutor;
@@ -14,14 +15,18 @@ use vsonar::ir::generate::Random;
 use vsonar::tree::Individual;
 use vsonar::vision::{CaseSet, Lane, WindowSums};
 
-/// Every executor, the judge first.
+/// Every executor, the judge first; the batch interpreter with every width that this machine has.
 pub(crate) fn executors() -> Vec<Box<dyn Executor>> {
-    vec![
+    let mut all: Vec<Box<dyn Executor>> = vec![
         Box::new(TreeExecutor),
         Box::new(ReferenceExecutor),
         Box::new(CraneliftExecutor::new(Shape::Scalar).expect("this machine has a back end")),
         Box::new(CraneliftExecutor::new(Shape::Lanes4).expect("this machine has a back end")),
-    ]
+    ];
+    for vectors in Vectors::ALL.into_iter().filter(|v| v.is_available()) {
+        all.push(Box::new(BatchExecutor::new(vectors).expect("it is available")));
+    }
+    all
 }
 
 /// The answers of one individual on all cases.

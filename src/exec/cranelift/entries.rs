@@ -12,6 +12,7 @@ use super::emit::{Emitter, Shape};
 use super::emit_loop::{emit_column, emit_loop};
 use super::helpers::Helpers;
 use super::lanes::{BlockInputs, StripSource};
+use crate::exec::wanted;
 
 /// One of the four entries. Which loop is meant is `true` for the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,11 +49,6 @@ pub(crate) fn entries(program: &Program) -> Vec<EntryKind> {
         out.push(EntryKind::Loop { first });
     }
     out
-}
-
-/// The final registers of a loop that anyone reads.
-pub(crate) fn wanted(program: &Program, first: bool) -> [bool; 5] {
-    if first { program.second().reads_first_loop() } else { [true, false, false, false, false] }
 }
 
 /// Builds the function of an entry.

@@ -9,7 +9,7 @@ use super::compiler::Compiler;
 use super::emit::Shape;
 use super::helpers::Helpers;
 use super::run::Runner;
-use crate::exec::{Candidate, ExecError, Executor, Timing, Worker};
+use crate::exec::{Candidate, ExecError, Executor, Timing, Worker, check_size};
 use crate::vision::CaseSet;
 
 /// Compiles every candidate and runs it on all cases.
@@ -88,11 +88,7 @@ impl CraneliftWorker {
         answers: &mut [f32],
     ) -> Result<Timing, ExecError> {
         assert_eq!(answers.len(), cases.len(), "an answer for every case");
-        let (program_width, program_height) = (program.width(), program.height());
-        let (width, height) = (cases.width(), cases.height());
-        if (program_width, program_height) != (width, height) {
-            return Err(ExecError::ImageSize { program_width, program_height, width, height });
-        }
+        check_size((program.width(), program.height()), cases)?;
         if let Some(answer) = program.constant_answer() {
             answers.fill(answer);
             return Ok(Timing::default());

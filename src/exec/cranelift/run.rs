@@ -3,8 +3,8 @@
 use vsonar_ir::{Leaf, Loop, Program};
 
 use super::code::Code;
-use super::entries;
 use super::lanes::LaneBlock;
+use crate::exec::wanted;
 use crate::vision::{Arena, CaseSet, LANES, arena_len};
 
 /// Scratch space for running programs, used again from one to the next.
@@ -26,7 +26,7 @@ impl Runner {
 
     /// Writes the program's answer for every case. The set's images are of the program's size.
     pub(crate) fn run(&mut self, program: &Program, code: Code<'_>, cases: &CaseSet, answers: &mut [f32]) {
-        let wanted = entries::wanted(program, true);
+        let wanted = wanted(program, true);
         for (group, answers) in answers.chunks_mut(LANES).enumerate() {
             self.block.x_obstacle = *cases.x_obstacle(group);
             self.block.iter2 = [[0.0; LANES]; 5];
@@ -64,7 +64,8 @@ impl Runner {
             cases.x_obstacle_arena(l.rect(), group)
         } else {
             self.scratch.grow(arena_len(l.rect(), cases.height()));
-            cases.gather(group, l.rect(), &columns, &operands, &mut self.scratch);
+            let rows = 0..l.rect().positions(cases.height()) as usize;
+            cases.gather(group, l.rect(), &columns, &operands, rows, &mut self.scratch);
             &self.scratch
         };
         code.run_loop(first, &mut self.block, len, strips);

@@ -1,0 +1,184 @@
+//! Runs a program over a set of cases, group by group.
+
+use vsonar_ir::{Direction, Leaf, Loop, Program, Span};
+
+use super::plan::{LoopPlan, Planner, slots_needed};
+use super::rows::{Positions, Rows};
+use super::slots::{self, Slots};
+use super::steps::Straight;
+use super::vectors::InstructionSet;
+use crate::exec::wanted;
+use crate::vision::{Arena, CaseSet, LANES, arena_len, strip_len};
+
+/// Positions that are gathered at a time, where a loop iterates in columns of its own: most lanes break early.
+const GATHERED: usize = 32;
+
+/// The interpreter of one thread: its registers, plans and tables, used again from program to program.
+#[derive(Debug)]
+pub(super) struct Interpreter {
+    instructions: InstructionSet,
+    slots: Slots,
+    planner: Planner,
+    plans: [LoopPlan; 2],
+    /// The uniform values of both loops, by spread and position.
+    tables: [Vec<u32>; 2],
+    scratch: Arena,
+}
+
+impl Interpreter {
+    pub(super) fn new(instructions: InstructionSet) -> Interpreter {
+        Interpreter {
+            instructions,
+            slots: Slots::default(),
+            planner: Planner::default(),
+            plans: Default::default(),
+            tables: Default::default(),
+            scratch: Arena::default(),
+        }
+    }
+
+    /// Writes the program's answer for every case. The set's images are of the program's size.
+    pub(super) fn run(&mut self, program: &Program, cases: &CaseSet, answers: &mut [f32]) {
+        let height = cases.height();
+        let first_wanted = wanted(program, true);
+        self.slots.reserve(slots_needed(program.loops()));
+        self.planner.begin(&mut self.slots);
+        let loops = [program.first(), Some(program.second())];
+        for (i, l) in loops.into_iter().enumerate() {
+            let Some(l) = l else { continue };
+            let wanted = wanted(program, i == 0);
+            let strip_len = strip_len(l.rect(), height);
+            self.planner.plan(l, &wanted, strip_len, &mut self.slots, &mut self.plans[i]);
+        }
+        if let Some(first) = program.first() {
+            // Both loops carry in the same slots.
+            let written = |l: &Loop, k: usize| l.next()[k].is_some();
+            let either = std::array::from_fn(|k| written(first, k) || written(program.second(), k));
+            self.plans.iter_mut().for_each(|plan| plan.written = either);
+        }
+        self.instructions.run(Straight(&self.planner.prologue));
+        for (i, l) in loops.into_iter().enumerate() {
+            if let Some(l) = l {
+                self.tabulate(i, l, height);
+            }
+        }
+        for (group, answers) in answers.chunks_mut(LANES).enumerate() {
+            self.slots.fill(slots::X_OBSTACLE, cases.x_obstacle(group));
+            if let Some(first) = program.first() {
+                self.run_loop(0, first, cases, group);
+                for k in (0..5).filter(|&k| first_wanted[k]) {
+                    let value = self.slots.values(slots::out(k));
+                    self.slots.fill(slots::iter2(k), &value);
+                }
+            }
+            self.run_loop(1, program.second(), cases, group);
+            let values = self.slots.values(slots::out(0));
+            answers.copy_from_slice(&values[..answers.len()]);
+        }
+    }
+
+    /// Computes the values that depend on the row alone, for the positions that are visited.
+    fn tabulate(&mut self, number: usize, l: &Loop, height: u32) {
+        let plan = &mut self.plans[number];
+        let table = &mut self.tables[number];
+        if plan.tables.is_empty() {
+            return;
+        }
+        let positions = positions(l, height);
+        let padded = (l.rect().positions(height) as usize).next_multiple_of(LANES);
+        table.resize(plan.tables.len() * padded, 0);
+        // Constants may stand among the invariant instructions.
+        self.instructions.run(Straight(&plan.invariant));
+        let top = l.rect().rows(height).0;
+        let visited = positions.range();
+        for start in (0..padded).step_by(LANES).filter(|&s| s < visited.end && s + LANES > visited.start) {
+            if let Some([y, first_window]) = plan.position_slots {
+                let row = |p: usize| (start + p) as f32 + top as f32;
+                self.slots.fill(y, &std::array::from_fn(row));
+                let at_start = l.first_window_at_start(height);
+                let flag = |p: usize| if start + p == positions.first { at_start } else { -1.0 };
+                self.slots.fill(first_window, &std::array::from_fn(flag));
+            }
+            self.instructions.run(Straight(&plan.uniform));
+            for (t, slot) in plan.tables.iter().enumerate() {
+                let values = self.slots.values(*slot).map(f32::to_bits);
+                table[t * padded + start..][..LANES].copy_from_slice(&values);
+            }
+        }
+        for (spread, table) in plan.spreads.iter_mut().zip(table.chunks_exact(padded)) {
+            spread.table = table.as_ptr();
+        }
+    }
+
+    /// Resolves the columns of a loop for a group, finds its strips, and runs it.
+    fn run_loop(&mut self, number: usize, l: &Loop, cases: &CaseSet, group: usize) {
+        let plan = &mut self.plans[number];
+        let own = l.column().as_leaf() == Some(Leaf::XObstacle);
+        let reads = !plan.operands.is_empty();
+        let mut columns = [0; LANES];
+        if plan.uses_x || reads && !own {
+            let values = match l.column().as_leaf() {
+                Some(Leaf::XObstacle) => *cases.x_obstacle(group),
+                Some(Leaf::Const(value)) => [value; LANES],
+                _ => {
+                    self.instructions.run(Straight(&plan.column));
+                    let slot = plan.column_value.expect("other columns are computed");
+                    self.slots.values(slot)
+                }
+            };
+            columns = values.map(|value| l.rect().resolve_column(value, cases.width()));
+            self.slots.fill(slots::X, &columns.map(|x| x as f32));
+        }
+        for k in (0..5).filter(|&k| plan.written[k]) {
+            self.slots.splat(slots::carried(k), 0);
+        }
+        self.instructions.run(Straight(&plan.invariant));
+        let positions = positions(l, cases.height());
+        if !reads || own {
+            let strips = if reads { cases.x_obstacle_arena(l.rect(), group) } else { &[] };
+            self.instructions.run(rows(plan, &mut self.slots, strips, positions, positions));
+            return;
+        }
+        self.scratch.grow(arena_len(l.rect(), cases.height()));
+        for part in positions.parts(GATHERED) {
+            cases.gather(group, l.rect(), &columns, &plan.operands, part.range(), &mut self.scratch);
+            if self.instructions.run(rows(plan, &mut self.slots, &self.scratch, positions, part)) {
+                break;
+            }
+        }
+    }
+}
+
+/// The rows of one part of a loop's positions.
+fn rows<'a>(
+    plan: &'a mut LoopPlan,
+    slots: &mut Slots,
+    strips: &'a [f32],
+    all: Positions,
+    part: Positions,
+) -> Rows<'a> {
+    Rows {
+        steps: &mut plan.varying,
+        windows: &plan.windows,
+        spreads: &plan.spreads,
+        finals: &plan.finals,
+        break_if: plan.break_if,
+        alive: slots.pointer(slots::ALIVE),
+        begin: part.first == all.first,
+        end: part.range().contains(&all.last()),
+        strips,
+        positions: part,
+    }
+}
+
+/// The positions of a loop in an image `height` high, in the order they are visited.
+fn positions(l: &Loop, height: u32) -> Positions {
+    let count = l.rect().positions(height) as usize;
+    let up = l.direction() == Direction::Up;
+    match (l.span(), up) {
+        (Span::All, true) => Positions { first: count - 1, count, up },
+        (Span::All, false) => Positions { first: 0, count, up },
+        (Span::Last, true) => Positions { first: 0, count: 1, up },
+        (Span::Last, false) => Positions { first: count - 1, count: 1, up },
+    }
+}
