@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use criterion::Criterion;
 use vsonar::dataset::Dataset;
 use vsonar::evolve::{Evolution, Settings};
+use vsonar::exec::batch::BatchExecutor;
 use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
 use vsonar::exec::reference::ReferenceExecutor;
 use vsonar::exec::tree::TreeExecutor;
@@ -35,6 +36,7 @@ fn data() -> Dataset {
 
 fn executors() -> Vec<Arc<dyn Executor>> {
     vec![
+        Arc::new(BatchExecutor::widest()),
         Arc::new(CraneliftExecutor::new(Shape::Lanes4).expect("this machine has a back end")),
         Arc::new(CraneliftExecutor::new(Shape::Scalar).expect("this machine has a back end")),
         Arc::new(ReferenceExecutor),

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use clap::ValueEnum;
 use vsonar::dataset::Dataset;
+use vsonar::exec::batch::{BatchExecutor, Vectors};
 use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
 use vsonar::exec::reference::ReferenceExecutor;
 use vsonar::exec::tree::TreeExecutor;
@@ -15,6 +16,19 @@ use super::CliError;
 /// The executors; their names are those of the library.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Choice {
+    /// An interpreter on vectors of fitness cases, the widest of this machine; compiles nothing
+    Batch,
+    /// The same on vectors of 16 cases (AVX-512)
+    #[value(name = "batch-512")]
+    Batch512,
+    /// The same on vectors of 8 cases (AVX2)
+    #[value(name = "batch-256")]
+    Batch256,
+    /// The same on vectors of 4 cases (SSE 4.2, NEON)
+    #[value(name = "batch-128")]
+    Batch128,
+    /// The same, one case at a time
+    BatchScalar,
     /// Native code, four fitness cases at a time: the fastest
     Cranelift,
     /// Native code, one case at a time
@@ -35,6 +49,11 @@ impl Choice {
     /// If this machine cannot run it.
     pub(crate) fn make(self) -> Result<Arc<dyn Executor>, CliError> {
         let made: Result<Arc<dyn Executor>, ExecError> = match self {
+            Choice::Batch => Ok(Arc::new(BatchExecutor::widest())),
+            Choice::Batch512 => batch(Vectors::V512),
+            Choice::Batch256 => batch(Vectors::V256),
+            Choice::Batch128 => batch(Vectors::V128),
+            Choice::BatchScalar => batch(Vectors::Scalar),
             Choice::Cranelift => cranelift(Shape::Lanes4),
             Choice::CraneliftScalar => cranelift(Shape::Scalar),
             Choice::Reference => Ok(Arc::new(ReferenceExecutor)),
@@ -48,6 +67,11 @@ impl Choice {
     /// The name in `--executor`, which is the library's.
     fn name(self) -> &'static str {
         match self {
+            Choice::Batch => "batch",
+            Choice::Batch512 => Vectors::V512.executor(),
+            Choice::Batch256 => Vectors::V256.executor(),
+            Choice::Batch128 => Vectors::V128.executor(),
+            Choice::BatchScalar => Vectors::Scalar.executor(),
             Choice::Cranelift => "cranelift",
             Choice::CraneliftScalar => "cranelift-scalar",
             Choice::Reference => "reference",
@@ -58,6 +82,10 @@ impl Choice {
 
 fn cranelift(shape: Shape) -> Result<Arc<dyn Executor>, ExecError> {
     Ok(Arc::new(CraneliftExecutor::new(shape)?))
+}
+
+fn batch(vectors: Vectors) -> Result<Arc<dyn Executor>, ExecError> {
+    Ok(Arc::new(BatchExecutor::new(vectors)?))
 }
 
 fn unusable(name: &str, error: &ExecError) -> CliError {
