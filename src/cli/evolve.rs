@@ -50,7 +50,7 @@ pub(crate) struct Args {
     /// The run folder to make [default: runs/NAME-seed-N with the next free number]
     #[arg(long, value_name = "RUN", help_heading = "Run")]
     out: Option<PathBuf>,
-    /// Go on with the run of this folder; accepts only more generations, threads, executor, memory and quietness
+    /// Go on with the run of this folder; accepts only more generations, threads, executor, memory, strip cache and quietness
     #[arg(
         long,
         value_name = "RUN",
@@ -69,6 +69,9 @@ pub(crate) struct Args {
     executor: Choice,
     #[command(flatten, next_help_heading = "Run")]
     memory: MemoryArgs,
+    /// Keep windows of columns that programs choose themselves in at most this many MiB, within `--memory`; 0 keeps none
+    #[arg(long, value_name = "MIB", help_heading = "Run", default_value_t = (Evolution::STRIP_BYTES >> 20) as u32)]
+    strip_cache: u32,
     /// Show nothing before the summary
     #[arg(long, short, help_heading = "Run")]
     quiet: bool,
@@ -85,6 +88,14 @@ struct Prepared {
     /// The settings file that names the source, if no flag does.
     named: Option<PathBuf>,
     folder: PathBuf,
+}
+
+impl Args {
+    /// Passes the limit of the strip cache on; `room` bytes are left under the limit of all memory.
+    fn keep_strips(&self, evolution: &Evolution, room: u64) {
+        let bytes = (u64::from(self.strip_cache) << 20).min(room);
+        evolution.keep_strips(usize::try_from(bytes).unwrap_or(usize::MAX));
+    }
 }
 
 /// Evolves.
@@ -129,7 +140,7 @@ fn fresh(args: &Args) -> Result<Prepared, CliError> {
         return Err(vsonar::evolve::FolderError::Exists(out.clone()).into());
     }
     let cases = source.load()?;
-    args.memory.check(cases.sets())?;
+    let room = args.memory.check(cases.sets())?;
     let threads = usize::from(args.threads.unwrap_or(0));
     let table = source.to_table(&cases)?;
     let folder = match &args.out {
@@ -139,6 +150,7 @@ fn fresh(args: &Args) -> Result<Prepared, CliError> {
     let (path, made) = (folder.path().to_path_buf(), folder.made());
     match Evolution::in_folder(folder, &cases.train, settings, executor, threads) {
         Ok(evolution) => {
+            args.keep_strips(&evolution, room);
             let named = named.map(|(_, path)| path.to_path_buf());
             Ok(Prepared { evolution, cases, source, named, folder: path })
         }
@@ -160,9 +172,10 @@ fn resume(args: &Args, path: &Path) -> Result<Prepared, CliError> {
     let executor = args.executor.make()?;
     let cases = source.load()?;
     cases.check_holdout(folder.data(), path)?;
-    args.memory.check(cases.sets())?;
+    let room = args.memory.check(cases.sets())?;
     let threads = usize::from(args.threads.unwrap_or(0));
     let evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads)?;
+    args.keep_strips(&evolution, room);
     Ok(Prepared { evolution, cases, source, named: None, folder: path.to_path_buf() })
 }
 

@@ -25,8 +25,9 @@ pub(crate) struct MemoryArgs {
 }
 
 impl MemoryArgs {
-    /// Refuses sets that do not fit into memory together. To be asked before their cases are prepared.
-    pub(crate) fn check<'a>(self, sets: impl IntoIterator<Item = &'a Dataset>) -> Result<(), CliError> {
+    /// Refuses sets that do not fit into memory together, and tells how many bytes are left if they do. To be asked
+    /// before their cases are prepared.
+    pub(crate) fn check<'a>(self, sets: impl IntoIterator<Item = &'a Dataset>) -> Result<u64, CliError> {
         let limit = self.memory.unwrap_or_else(|| default_limit(physical_memory()));
         let (mut need, mut images) = (0u64, Vec::new());
         for set in sets {
@@ -35,7 +36,7 @@ impl MemoryArgs {
             images.push(format!("{number} of {} x {} pixels", set.width(), set.height()));
         }
         if need <= limit {
-            return Ok(());
+            return Ok(limit - need);
         }
         let need = thousandths(need).ceil() / 1000.0;
         Err(CliError::Failed(format!(

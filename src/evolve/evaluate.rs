@@ -88,6 +88,11 @@ impl Cases {
         self.labels.len()
     }
 
+    /// Keeps strips of other columns in at most about so many bytes.
+    pub(super) fn keep_strips(&self, bytes: usize) {
+        self.set.keep_strips(bytes);
+    }
+
     /// How many distinct columns are asked for.
     pub(super) fn columns(&self) -> u32 {
         self.columns

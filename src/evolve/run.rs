@@ -102,10 +102,12 @@ impl Evolution {
         threads: usize,
     ) -> Result<Evolution, RunError> {
         settings.validate()?;
+        let cases = Cases::new(train, settings.tolerance);
+        cases.keep_strips(Evolution::STRIP_BYTES);
         Ok(Evolution {
             creator: Creator::new(&settings.create_settings())?,
             crossover: settings.crossover_settings(),
-            cases: Cases::new(train, settings.tolerance),
+            cases,
             evaluator: Evaluator::new(executor, threads)?,
             origin: Origin { settings: settings.fingerprint(), data: train.fingerprint() },
             settings,
@@ -140,6 +142,16 @@ impl Evolution {
         folder.repair(run.state.as_ref())?;
         run.folder = Some(folder);
         Ok(run)
+    }
+
+    /// Bytes in which strips of columns other than the cases' own are kept, unless [`Evolution::keep_strips`] says
+    /// otherwise.
+    pub const STRIP_BYTES: usize = 256 << 20;
+
+    /// Keeps strips of columns other than the cases' own in at most about so many bytes
+    /// ([`CaseSet::keep_strips`](crate::vision::CaseSet::keep_strips)). It changes nothing but the time.
+    pub fn keep_strips(&self, bytes: usize) {
+        self.cases.keep_strips(bytes);
     }
 
     /// The settings.

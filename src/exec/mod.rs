@@ -14,6 +14,7 @@ use crate::vision::CaseSet;
 pub mod batch;
 pub mod cranelift;
 pub mod reference;
+mod strips;
 pub mod tree;
 
 /// An individual to be executed, with its program lowered and optimised when first asked for, so that the

@@ -41,11 +41,13 @@ pub mod arena;
 pub mod gray;
 mod jpeg;
 pub mod planes;
+mod strip_cache;
 pub mod strips;
 pub mod sums;
 
 pub use arena::Arena;
 pub use gray::{ImageError, load_gray, to_gray};
 pub use planes::Planes;
+pub use strip_cache::CachedStrips;
 pub use strips::{CaseSet, CaseSetError, LANES, Lane, arena_len, strip_len};
 pub use sums::WindowSums;

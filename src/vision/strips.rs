@@ -20,6 +20,7 @@ use std::sync::{Arc, OnceLock};
 use vsonar_ir::{Operand, Rect};
 
 use super::arena::Arena;
+use super::strip_cache::{CachedStrips, StripCache};
 use super::sums::WindowSums;
 
 /// Lanes in a group.
@@ -98,6 +99,8 @@ pub struct CaseSet {
     columns: Vec<[f32; LANES]>,
     /// Arenas centred on the columns asked for, by `rect.index() * groups + group`.
     arenas: Vec<OnceLock<Arena>>,
+    /// Strips of other columns.
+    cache: StripCache,
 }
 
 impl CaseSet {
@@ -127,7 +130,9 @@ impl CaseSet {
             .map(|group| std::array::from_fn(|l| group[l.min(group.len() - 1)].column as f32))
             .collect();
         let arenas = (0..Rect::COUNT * columns.len()).map(|_| OnceLock::new()).collect();
-        Ok(CaseSet { images, lanes, columns, arenas })
+        let longest = Rect::all().map(|rect| strip_len(rect, images[0].height())).max().unwrap_or(0);
+        let cache = StripCache::new(columns.len(), longest);
+        Ok(CaseSet { images, lanes, columns, arenas, cache })
     }
 
     /// Bytes that all arenas of so many cases take, once programs have asked for every rectangle
@@ -216,6 +221,32 @@ impl CaseSet {
         })
     }
 
+    /// Keeps strips of other columns than the cases' own ([`CaseSet::cached_strips`]) in at most about so many bytes. A
+    /// new set keeps none.
+    pub fn keep_strips(&self, bytes: usize) {
+        self.cache.set_limit(bytes);
+    }
+
+    /// The whole strips of `operands` of a group for windows centred on an own column for each lane, if they are kept;
+    /// else the caller is to [gather](CaseSet::gather) what it needs. They are kept once they are asked for again,
+    /// for as long as there is room ([`CaseSet::keep_strips`]).
+    ///
+    /// # Panics
+    /// If there is no such group, or a column is not in `rect.columns(width)`.
+    pub fn cached_strips(
+        &self,
+        group: usize,
+        rect: Rect,
+        columns: &[u32; LANES],
+        operands: &[Operand],
+    ) -> Option<Arc<CachedStrips>> {
+        assert!(group < self.groups(), "there are {} groups", self.groups());
+        self.cache.get(group, rect, columns, operands, |operand, strip| {
+            let rows = 0..rect.positions(self.height()) as usize;
+            self.gather_strip(group, rect, columns, operand, rows, strip);
+        })
+    }
+
     /// Fills the strips of `operands` in `out`, an arena of at least [`arena_len`], for windows centred on an
     /// own column for each lane, at the positions `rows` (numbers from the top, below `rect.positions(height)`). The
     /// lanes beyond the last case read its image. The space of other operands and positions is left as it is.
@@ -232,19 +263,37 @@ impl CaseSet {
         out: &mut [f32],
     ) {
         let len = strip_len(rect, self.height());
-        let first = group * LANES;
-        let last = first + self.group_len(group) - 1;
-        let images: [&WindowSums; LANES] = std::array::from_fn(|l| self.image((first + l).min(last)));
-        let mut tile = [[0.0; TILE]; LANES];
         for &operand in operands {
             let strip = &mut out[usize::from(operand.index()) * len..][..len];
-            for start in rows.clone().step_by(TILE) {
-                let n = (rows.end - start).min(TILE);
-                for ((part, image), &x) in tile.iter_mut().zip(images).zip(columns) {
-                    image.strip_part(operand, rect, x, start, &mut part[..n]);
+            self.gather_strip(group, rect, columns, operand, rows.clone(), strip);
+        }
+    }
+
+    /// Fills the positions `rows` of one operand's strip.
+    fn gather_strip(
+        &self,
+        group: usize,
+        rect: Rect,
+        columns: &[u32; LANES],
+        operand: Operand,
+        rows: Range<usize>,
+        strip: &mut [f32],
+    ) {
+        let first = group * LANES;
+        let last = self.group_len(group) - 1;
+        let mut tile = [[0.0; TILE]; LANES];
+        for start in rows.clone().step_by(TILE) {
+            let n = (rows.end - start).min(TILE);
+            for l in 0..LANES {
+                if l > last && columns[l] == columns[l - 1] {
+                    // Beyond the last case all read the same.
+                    tile[l] = tile[l - 1];
+                } else {
+                    let image = self.image(first + l.min(last));
+                    image.strip_part(operand, rect, columns[l], start, &mut tile[l][..n]);
                 }
-                interleave(&tile, &mut strip[start * LANES..][..n * LANES]);
             }
+            interleave(&tile, &mut strip[start * LANES..][..n * LANES]);
         }
     }
 }

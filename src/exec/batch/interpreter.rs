@@ -7,8 +7,9 @@ use super::rows::{Positions, Rows};
 use super::slots::{self, Slots};
 use super::steps::Straight;
 use super::vectors::InstructionSet;
+use crate::exec::strips::{StripTable, Strips};
 use crate::exec::wanted;
-use crate::vision::{Arena, CaseSet, LANES, arena_len, strip_len};
+use crate::vision::{Arena, CaseSet, LANES, arena_len};
 
 /// Positions that are gathered at a time, where a loop iterates in columns of its own: most lanes break early.
 const GATHERED: usize = 32;
@@ -47,8 +48,7 @@ impl Interpreter {
         for (i, l) in loops.into_iter().enumerate() {
             let Some(l) = l else { continue };
             let wanted = wanted(program, i == 0);
-            let strip_len = strip_len(l.rect(), height);
-            self.planner.plan(l, &wanted, strip_len, &mut self.slots, &mut self.plans[i]);
+            self.planner.plan(l, &wanted, &mut self.slots, &mut self.plans[i]);
         }
         if let Some(first) = program.first() {
             // Both loops carry in the same slots.
@@ -133,16 +133,24 @@ impl Interpreter {
             self.slots.splat(slots::carried(k), 0);
         }
         self.instructions.run(Straight(&plan.invariant));
-        let positions = positions(l, cases.height());
-        if !reads || own {
-            let strips = if reads { cases.x_obstacle_arena(l.rect(), group) } else { &[] };
-            self.instructions.run(rows(plan, &mut self.slots, strips, positions, positions));
+        let (rect, height) = (l.rect(), cases.height());
+        let positions = positions(l, height);
+        let whole = match (reads, own) {
+            (false, _) => Some(Strips::None),
+            (true, true) => Some(Strips::Own(cases.x_obstacle_arena(rect, group))),
+            (true, false) => cases.cached_strips(group, rect, &columns, &plan.operands).map(Strips::Cached),
+        };
+        if let Some(strips) = whole {
+            let table = strips.table(rect, height, &plan.operands);
+            self.instructions.run(rows(plan, &mut self.slots, &table, positions, positions));
             return;
         }
-        self.scratch.grow(arena_len(l.rect(), cases.height()));
+        self.scratch.grow(arena_len(rect, height));
         for part in positions.parts(GATHERED) {
-            cases.gather(group, l.rect(), &columns, &plan.operands, part.range(), &mut self.scratch);
-            if self.instructions.run(rows(plan, &mut self.slots, &self.scratch, positions, part)) {
+            cases.gather(group, rect, &columns, &plan.operands, part.range(), &mut self.scratch);
+            let strips = Strips::Own(&self.scratch);
+            let table = strips.table(rect, height, &plan.operands);
+            if self.instructions.run(rows(plan, &mut self.slots, &table, positions, part)) {
                 break;
             }
         }
@@ -153,7 +161,7 @@ impl Interpreter {
 fn rows<'a>(
     plan: &'a mut LoopPlan,
     slots: &mut Slots,
-    strips: &'a [f32],
+    strips: &'a StripTable<'a>,
     all: Positions,
     part: Positions,
 ) -> Rows<'a> {

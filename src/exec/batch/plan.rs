@@ -90,13 +90,11 @@ impl Planner {
         }
     }
 
-    /// Fills the plan of a loop whose wanted final registers are these; `strip_len` is the length of one operand's
-    /// strip, in binary32s.
+    /// Fills the plan of a loop whose wanted final registers are these.
     pub(super) fn plan(
         &mut self,
         l: &Loop,
         wanted: &[bool; 5],
-        strip_len: usize,
         slots: &mut Slots,
         plan: &mut LoopPlan,
     ) {
@@ -111,11 +109,11 @@ impl Planner {
         for (reg, inst) in l.body().iter() {
             let place = match inst.leaf() {
                 Some(leaf) => self.leaf(leaf, slots, plan),
-                None => self.operation(reg, inst, l, &direct, strip_len, slots, plan),
+                None => self.operation(reg, inst, l, &direct, slots, plan),
             };
             self.places.push(place);
         }
-        self.assign(l, &direct, strip_len, slots, plan);
+        self.assign(l, &direct, slots, plan);
         for k in (0..5).filter(|&k| wanted[k]) {
             let (from, to) = (slots.pointer(slots::carried(k)), slots.pointer(slots::out(k)));
             plan.finals.push(Final { from, to });
@@ -211,7 +209,6 @@ impl Planner {
         inst: Inst,
         l: &Loop,
         direct: &[Option<Reg>; 5],
-        strip_len: usize,
         slots: &mut Slots,
         plan: &mut LoopPlan,
     ) -> Place {
@@ -219,7 +216,7 @@ impl Planner {
             let mut step = new_step(&inst, std::ptr::null_mut());
             let windows = plan.windows.len();
             for (i, &arg) in inst.args().iter().enumerate() {
-                step.args[i] = self.varying_operand(arg, &inst, i, strip_len, slots, plan);
+                step.args[i] = self.varying_operand(arg, &inst, i, slots, plan);
             }
             // Steps that spread a mask may have come before this one.
             let number = plan.varying.len() as u32;
@@ -279,7 +276,6 @@ impl Planner {
         &mut self,
         l: &Loop,
         direct: &[Option<Reg>; 5],
-        strip_len: usize,
         slots: &mut Slots,
         plan: &mut LoopPlan,
     ) {
@@ -308,9 +304,8 @@ impl Planner {
         }
         for step in moves.into_iter().flatten() {
             if step.op == Op::Window {
-                let step_number = plan.varying.len() as u32;
-                let offset = step.imm as usize * strip_len;
-                plan.windows.push(WindowUse { step: step_number, arg: 0, offset });
+                let number = plan.varying.len() as u32;
+                plan.windows.push(WindowUse { step: number, arg: 0, operand: step.imm as u8 });
             }
             plan.varying.push(step);
         }
@@ -322,15 +317,13 @@ impl Planner {
         arg: Reg,
         inst: &Inst,
         i: usize,
-        strip_len: usize,
         slots: &mut Slots,
         plan: &mut LoopPlan,
     ) -> *const f32 {
         let ty = inst.op().operands()[i];
         if let Place::Window(operand) = self.places[arg.index()] {
-            let offset = usize::from(operand.index()) * strip_len;
             // The caller knows the number of its step.
-            plan.windows.push(WindowUse { step: u32::MAX, arg: i as u32, offset });
+            plan.windows.push(WindowUse { step: u32::MAX, arg: i as u32, operand: operand.index() });
             return std::ptr::null();
         }
         let slot = self.in_lanes(arg, ty, slots, plan);

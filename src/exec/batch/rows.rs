@@ -5,6 +5,7 @@ use vsonar_ir::machine::Machine;
 
 use super::lanes::Lanes;
 use super::steps::{Step, load, load_mask, run, store};
+use crate::exec::strips::StripTable;
 use crate::vision::LANES;
 
 /// A step's operand that is read from the strips: its address moves with the row.
@@ -12,8 +13,8 @@ use crate::vision::LANES;
 pub(super) struct WindowUse {
     pub(super) step: u32,
     pub(super) arg: u32,
-    /// The operand's strip in the arena, in binary32s from its start.
-    pub(super) offset: usize,
+    /// The operand's number.
+    pub(super) operand: u8,
 }
 
 /// A value that is the same in every lane, and spread over them at each row.
@@ -81,8 +82,8 @@ pub(super) struct Rows<'a> {
     pub(super) begin: bool,
     /// These are the last positions.
     pub(super) end: bool,
-    /// The arena the windows are read from, which covers all positions.
-    pub(super) strips: &'a [f32],
+    /// The operands' strips, which cover these positions.
+    pub(super) strips: &'a StripTable<'a>,
     pub(super) positions: Positions,
 }
 
@@ -102,7 +103,7 @@ impl WithSimd for Rows<'_> {
         for n in 0..self.positions.count {
             let position = self.positions.at(n);
             for window in self.windows {
-                let row = &self.strips[window.offset + position * LANES..][..LANES];
+                let row = &self.strips[usize::from(window.operand)][position * LANES..][..LANES];
                 self.steps[window.step as usize].args[window.arg as usize] = row.as_ptr();
             }
             for spread in self.spreads {

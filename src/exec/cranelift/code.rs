@@ -2,12 +2,13 @@
 
 use std::marker::PhantomData;
 
-use vsonar_ir::{Loop, Program};
+use vsonar_ir::{Loop, Operand, Program};
 
 use super::emit::Shape;
 use super::entries::EntryKind;
 use super::lanes::{Entry, LaneBlock};
-use crate::vision::{LANES, arena_len};
+use crate::exec::strips::StripTable;
+use crate::vision::{LANES, strip_len};
 
 /// The compiled parts of one loop.
 #[derive(Debug, Clone, Copy)]
@@ -15,8 +16,10 @@ struct LoopCode {
     /// The column expression, where it needs code.
     column: Option<Entry>,
     body: Entry,
-    /// Values the loop's window operands are spread over; 0 where it reads none.
-    strips: usize,
+    /// The operands it reads, as bits by their numbers.
+    operands: u32,
+    /// Length of their strips.
+    strip_len: usize,
 }
 
 /// Addresses of a program's entries, with what is needed to call them soundly.
@@ -47,8 +50,9 @@ impl Entries {
         }
         let code = |i: usize, l: Option<&Loop>| {
             let (l, body) = (l?, bodies[i]?);
-            let strips = if l.operands().is_empty() { 0 } else { arena_len(l.rect(), program.height()) };
-            Some(LoopCode { column: columns[i], body, strips })
+            let operands = l.operands().iter().fold(0, |bits, operand| bits | 1 << operand.index());
+            let strip_len = strip_len(l.rect(), program.height());
+            Some(LoopCode { column: columns[i], body, operands, strip_len })
         };
         Entries { shape, first: code(0, program.first()), second: code(1, Some(program.second())) }
     }
@@ -75,20 +79,22 @@ impl Code<'_> {
     pub(crate) fn run_column(&self, first: bool, block: &mut LaneBlock, len: usize) -> bool {
         let entry = self.part(first).and_then(|part| part.column);
         if let Some(entry) = entry {
-            self.call(entry, block, len, &[]);
+            self.call(entry, block, len, &[&[]; Operand::COUNT]);
         }
         entry.is_some()
     }
 
     /// Runs a loop for the first `len` cases of a group, whose parameters stand in `block`; the final registers
-    /// that anyone reads are in `block.out` afterwards. `strips` is an arena of strips (`vision::strips`) with
-    /// the operands that the loop reads; it may be empty if there are none.
+    /// that anyone reads are in `block.out` afterwards. `strips` are those of the operands
+    /// that the loop reads; others may be empty.
     ///
     /// # Panics
     /// If the program has no such loop, or the strips are too short.
-    pub(crate) fn run_loop(&self, first: bool, block: &mut LaneBlock, len: usize, strips: &[f32]) {
+    pub(crate) fn run_loop(&self, first: bool, block: &mut LaneBlock, len: usize, strips: &StripTable<'_>) {
         let part = self.part(first).expect("the program has this loop");
-        assert!(strips.len() >= part.strips, "{} values of strips, not {}", strips.len(), part.strips);
+        for (number, strip) in strips.iter().enumerate().filter(|(number, _)| part.operands >> number & 1 == 1) {
+            assert!(strip.len() >= part.strip_len, "strip {number}: {} values, not {}", strip.len(), part.strip_len);
+        }
         self.call(part.body, block, len, strips);
     }
 
@@ -96,15 +102,16 @@ impl Code<'_> {
         if first { self.entries.first } else { self.entries.second }
     }
 
-    fn call(&self, entry: Entry, block: &mut LaneBlock, len: usize, strips: &[f32]) {
+    fn call(&self, entry: Entry, block: &mut LaneBlock, len: usize, strips: &StripTable<'_>) {
         assert!(len <= LANES, "a group has {LANES} lanes, not {len}");
         let lanes = (&raw mut *block).cast::<f32>();
+        let table = strips.map(<[f32]>::as_ptr);
         for lane in (0..len).step_by(self.entries.shape.lanes()) {
             // SAFETY: the code is alive and of this signature (`Code::new`). It reads and writes, at constant
             // offsets, its own lanes of the arrays of a `LaneBlock`, the first of which starts the block; LANES
-            // is a multiple of the lanes at once, so they stay inside. It reads its lanes of the strips, whose
-            // length `run_loop` has checked; code that reads no window never uses that pointer.
-            unsafe { entry(lanes.add(lane), strips.as_ptr().wrapping_add(lane)) };
+            // is a multiple of the lanes at once, so they stay inside. It reads its lanes of those strips
+            // whose length `run_loop` has checked, and no others.
+            unsafe { entry(lanes.add(lane), table.as_ptr(), lane * size_of::<f32>()) };
         }
     }
 }

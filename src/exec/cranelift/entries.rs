@@ -65,11 +65,11 @@ pub(crate) fn function(
     let l: &Loop =
         if first { program.first().expect("entries lists what is there") } else { program.second() };
     function.signature = Signature::new(isa.default_call_conv());
-    function.signature.params.extend([AbiParam::new(isa.pointer_type()); 2]);
+    function.signature.params.extend([AbiParam::new(isa.pointer_type()); 3]);
     let mut b = FunctionBuilder::new(function, context);
     let block = b.create_block();
     b.append_block_params_for_function_params(block);
-    let (lane, strips) = (b.block_params(block)[0], b.block_params(block)[1]);
+    let &[lane, strips, offset] = b.block_params(block) else { unreachable!("there are three parameters") };
     let mut e = Emitter::new(&mut b, isa, shape, helpers);
     e.switch_to_block(block);
     let mut inputs = BlockInputs { lane };
@@ -79,7 +79,7 @@ pub(crate) fn function(
             inputs.store(&mut e, 0, value);
         }
         EntryKind::Loop { .. } => {
-            let mut source = StripSource::new(strips, l, program.height());
+            let mut source = StripSource::new(strips, offset, l, program.height());
             let wanted = wanted(program, first);
             let finals = emit_loop(&mut e, l, program.height(), wanted, &mut source, &mut inputs);
             for (register, value) in finals.into_iter().enumerate() {

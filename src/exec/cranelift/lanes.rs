@@ -33,9 +33,10 @@ impl LaneBlock {
     }
 }
 
-/// A compiled entry. The first argument points to the `x_obstacle` of the first lane to run in a [`LaneBlock`],
-/// the second to that lane's element of the first strip's first row (unused by entries that read no window).
-pub(crate) type Entry = unsafe extern "C" fn(*mut f32, *const f32);
+/// A compiled entry. The first argument points to the `x_obstacle` of the first lane to run in a [`LaneBlock`], the
+/// second to the addresses of the operands' strips, by the operands' numbers (those that are not read are not
+/// looked at), and the third is the first lane's offset in a row, in bytes.
+pub(crate) type Entry = unsafe extern "C" fn(*mut f32, *const *const f32, usize);
 
 const ROW: i64 = (LANES * size_of::<f32>()) as i64;
 
@@ -74,36 +75,44 @@ impl Inputs for BlockInputs {
     }
 }
 
-/// Reads window operands from strips: operand after operand, row after row, [`LANES`] lanes a row.
+/// Reads window operands from strips: row after row, [`LANES`] lanes a row, each operand at its own address.
 pub(crate) struct StripSource {
-    strips: ir::Value,
-    /// Bytes from one operand's strip to the next.
-    stride: i64,
+    table: ir::Value,
+    lane: ir::Value,
+    operands: Vec<Operand>,
+    /// Addresses of the strips that are read, at the first lane to run.
+    strips: [Option<ir::Value>; Operand::COUNT],
     first: i64,
     last: i64,
     step: i64,
     position: Option<ir::Value>,
-    end: Option<ir::Value>,
 }
 
 impl StripSource {
-    /// The strips at the address `strips` for a loop in an image `height` pixels high.
-    pub(crate) fn new(strips: ir::Value, l: &Loop, height: u32) -> StripSource {
-        let positions = i64::from(l.rect().positions(height));
-        let (top, bottom) = (0, (positions - 1) * ROW);
+    /// The strips whose addresses stand at the address `table`, from the lane whose offset in bytes is `lane`, for a
+    /// loop in an image `height` pixels high.
+    pub(crate) fn new(table: ir::Value, lane: ir::Value, l: &Loop, height: u32) -> StripSource {
+        let (top, bottom) = (0, (i64::from(l.rect().positions(height)) - 1) * ROW);
         let (start, last, step) = match l.direction() {
             Direction::Up => (bottom, top, -ROW),
             Direction::Down => (top, bottom, ROW),
         };
         let first = if l.span() == Span::Last { last } else { start };
-        StripSource { strips, stride: positions * ROW, first, last, step, position: None, end: None }
+        let strips = [None; Operand::COUNT];
+        StripSource { table, lane, operands: l.operands(), strips, first, last, step, position: None }
     }
 }
 
 impl WindowSource for StripSource {
     fn begin(&mut self, e: &mut Emitter<'_, '_>) -> Vec<ir::Value> {
-        self.end = Some(e.b.ins().iadd_imm_s(self.strips, self.last));
-        vec![e.b.ins().iadd_imm_s(self.strips, self.first)]
+        let pointer = e.b.func.dfg.value_type(self.table);
+        let flags = MemFlagsData::trusted().with_readonly();
+        for operand in &self.operands {
+            let offset = i32::from(operand.index()) * pointer.bytes() as i32;
+            let strip = e.b.ins().load(pointer, flags, self.table, offset);
+            self.strips[usize::from(operand.index())] = Some(e.b.ins().iadd(strip, self.lane));
+        }
+        vec![e.b.ins().iconst(pointer, self.first)]
     }
 
     fn enter(&mut self, carried: &[ir::Value]) {
@@ -112,22 +121,15 @@ impl WindowSource for StripSource {
 
     fn window(&mut self, e: &mut Emitter<'_, '_>, operand: Operand) -> ir::Value {
         let position = self.position.expect("a row has been entered");
-        let offset = i64::from(operand.index()) * self.stride;
+        let strip = self.strips[usize::from(operand.index())].expect("the loop reads this operand");
+        let address = e.b.ins().iadd(strip, position);
         let ty = e.shape().ty(Ty::F32);
-        let flags = MemFlagsData::trusted().with_readonly();
-        match i32::try_from(offset) {
-            Ok(offset) => e.b.ins().load(ty, flags, position, offset),
-            Err(_) => {
-                let address = e.b.ins().iadd_imm_s(position, offset);
-                e.b.ins().load(ty, flags, address, 0)
-            }
-        }
+        e.b.ins().load(ty, MemFlagsData::trusted().with_readonly(), address, 0)
     }
 
     fn advance(&mut self, e: &mut Emitter<'_, '_>) -> (Vec<ir::Value>, ir::Value) {
         let position = self.position.expect("a row has been entered");
-        let end = self.end.expect("the loop has begun");
-        let more = e.b.ins().icmp(IntCC::NotEqual, position, end);
+        let more = e.b.ins().icmp_imm_s(IntCC::NotEqual, position, self.last);
         (vec![e.b.ins().iadd_imm_s(position, self.step)], more)
     }
 }

@@ -4,6 +4,7 @@ use vsonar_ir::{Leaf, Loop, Program};
 
 use super::code::Code;
 use super::lanes::LaneBlock;
+use crate::exec::strips::Strips;
 use crate::exec::wanted;
 use crate::vision::{Arena, CaseSet, LANES, arena_len};
 
@@ -58,16 +59,18 @@ impl Runner {
         self.block.x = columns.map(|x| x as f32);
         let operands = l.operands();
         let own = l.column().as_leaf() == Some(Leaf::XObstacle);
-        let strips = if operands.is_empty() {
-            &[][..]
-        } else if own && self.shared {
-            cases.x_obstacle_arena(l.rect(), group)
-        } else {
-            self.scratch.grow(arena_len(l.rect(), cases.height()));
-            let rows = 0..l.rect().positions(cases.height()) as usize;
-            cases.gather(group, l.rect(), &columns, &operands, rows, &mut self.scratch);
-            &self.scratch
+        let (rect, height) = (l.rect(), cases.height());
+        let whole = match (operands.is_empty(), own && self.shared) {
+            (true, _) => Some(Strips::None),
+            (false, true) => Some(Strips::Own(cases.x_obstacle_arena(rect, group))),
+            (false, false) => cases.cached_strips(group, rect, &columns, &operands).map(Strips::Cached),
         };
-        code.run_loop(first, &mut self.block, len, strips);
+        let strips = whole.unwrap_or_else(|| {
+            self.scratch.grow(arena_len(rect, height));
+            let rows = 0..rect.positions(height) as usize;
+            cases.gather(group, rect, &columns, &operands, rows, &mut self.scratch);
+            Strips::Own(&self.scratch)
+        });
+        code.run_loop(first, &mut self.block, len, &strips.table(rect, height, &operands));
     }
 }

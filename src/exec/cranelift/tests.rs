@@ -188,7 +188,7 @@ fn every_operation_means_what_the_table_says() {
                         if place == Place::Column {
                             assert!(code.run_column(false, &mut block, LANES));
                         } else {
-                            code.run_loop(false, &mut block, LANES, &[]);
+                            code.run_loop(false, &mut block, LANES, &[&[]; vsonar_ir::Operand::COUNT]);
                         }
                         for (lane, args) in group.iter().enumerate() {
                             check(op, imm, args, block.out[0][lane], &format!("{shape:?} {place:?}"));
@@ -200,7 +200,7 @@ fn every_operation_means_what_the_table_says() {
                     let program = program(op, imm, Place::Uniform, Some(args));
                     let code = compiler.compile(&program).expect("compiles");
                     block.out = [[-7.0; LANES]; 5];
-                    code.run_loop(false, &mut block, LANES, &[]);
+                    code.run_loop(false, &mut block, LANES, &[&[]; vsonar_ir::Operand::COUNT]);
                     for lane in [0, LANES - 1] {
                         check(op, imm, args, block.out[0][lane], &format!("{shape:?} uniform"));
                         compared += 1;
