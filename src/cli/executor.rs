@@ -45,6 +45,11 @@ impl Choice {
         made.map_err(|error| unusable(self.name(), &error))
     }
 
+    /// All executors that this machine can run, in the order of the list above.
+    pub(crate) fn all_runnable() -> Vec<Arc<dyn Executor>> {
+        Choice::value_variants().iter().filter_map(|choice| choice.make().ok()).collect()
+    }
+
     /// The name in `--executor`, which is the library's.
     fn name(self) -> &'static str {
         match self {
