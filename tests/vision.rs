@@ -246,10 +246,10 @@ fn check_arena(
 fn arenas_hold_the_columns_asked_for() {
     let (width, height) = (40, 90);
     let cases = case_set(11, width, height);
-    assert_eq!((cases.width(), cases.height(), cases.len(), cases.groups()), (width, height, 77, 3));
-    assert_eq!([0, 1, 2].map(|g| cases.group_len(g)), [32, 32, 13]);
+    assert_eq!((cases.width(), cases.height(), cases.len(), cases.groups()), (width, height, 77, 2));
+    assert_eq!([0, 1].map(|g| cases.group_len(g)), [64, 13]);
     let all: Vec<Operand> = Operand::all().collect();
-    for group in 0..3 {
+    for group in 0..2 {
         let asked: [u32; LANES] = std::array::from_fn(|l| cases.lanes()[(group * LANES + l).min(76)].column);
         assert_eq!(cases.x_obstacle(group), &asked.map(|c| c as f32));
         for rect in Rect::all() {
@@ -270,7 +270,7 @@ fn gathering_follows_each_lanes_column_and_touches_nothing_else() {
     let cases = case_set(seed, width, height);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let all: Vec<Operand> = Operand::all().collect();
-    for (group, rect) in (0..3).flat_map(|g| Rect::all().map(move |r| (g, r))) {
+    for (group, rect) in (0..2).flat_map(|g| Rect::all().map(move |r| (g, r))) {
         let (lo, hi) = rect.columns(width);
         let columns: [u32; LANES] = std::array::from_fn(|_| rng.random_range(lo..=hi));
         let wanted: Vec<Operand> = all.iter().copied().filter(|_| rng.random_range(0..2u32) == 0).collect();
@@ -285,6 +285,73 @@ fn gathering_follows_each_lanes_column_and_touches_nothing_else() {
         }
         assert_eq!(arena[16 * len..], [-7.0; 5]);
     }
+}
+
+#[test]
+fn gathering_some_positions_leaves_the_others() {
+    let (width, height) = (40, 161);
+    let cases = case_set(15, width, height);
+    let (rect, operand) = (Rect::new(3, 6).expect("in the list"), Operand::from_name("median-sq").expect("one"));
+    let columns: [u32; LANES] = std::array::from_fn(|l| 1 + (l as u32 * 7) % 38);
+    let len = strip_len(rect, height);
+    let strip = |arena: &[f32]| arena[usize::from(operand.index()) * len..][..len].to_vec();
+    let mut whole = vec![0.0; arena_len(rect, height)];
+    cases.gather(1, rect, &columns, &[operand], 0..156, &mut whole);
+    for rows in [0..1, 155..156, 3..70, 90..156, 64..128, 5..5] {
+        let mut part = vec![-7.0; arena_len(rect, height)];
+        cases.gather(1, rect, &columns, &[operand], rows.clone(), &mut part);
+        for (p, (got, want)) in strip(&part).chunks(LANES).zip(strip(&whole).chunks(LANES)).enumerate() {
+            let expected = if rows.contains(&p) { want.to_vec() } else { vec![-7.0; LANES] };
+            assert_eq!(got, expected, "position {p} of {rows:?}");
+        }
+    }
+}
+
+#[test]
+fn strips_are_kept_once_they_are_asked_for_again() {
+    let (width, height) = (40, 90);
+    let cases = case_set(16, width, height);
+    let rect = Rect::new(2, 4).expect("in the list");
+    let all: Vec<Operand> = Operand::all().collect();
+    let len = strip_len(rect, height);
+    let columns = |shift: u32| std::array::from_fn::<u32, LANES, _>(|l| (l as u32 * 5 + shift) % 39);
+    let ask = |shift, operands: &[Operand]| cases.cached_strips(1, rect, &columns(shift), operands);
+    // Nothing is kept without a limit.
+    assert!(ask(0, &all).is_none() && ask(0, &all).is_none());
+    cases.keep_strips(64 << 20);
+    assert!(ask(0, &all[..2]).is_none());
+    // An operand that is new makes the caller gather once more.
+    assert!(ask(0, &all[1..3]).is_none());
+    let strips = ask(0, &all[1..3]).expect("asked for before");
+    let mut arena = vec![0.0; arena_len(rect, height)];
+    cases.gather(1, rect, &columns(0), &all[1..3], 0..87, &mut arena);
+    for operand in &all[1..3] {
+        assert_eq!(strips.strip(*operand)[..len], arena[usize::from(operand.index()) * len..][..len]);
+    }
+    assert!(strips.strip(all[0]).is_empty());
+    // Other columns, other groups and other rectangles are others.
+    assert!(ask(1, &all[1..2]).is_none());
+    assert!(cases.cached_strips(0, rect, &columns(0), &all[1..2]).is_none());
+    let other = Rect::new(2, 6).expect("in the list");
+    assert!(cases.cached_strips(1, other, &columns(0), &all[1..2]).is_none());
+}
+
+#[test]
+fn strips_are_forgotten_for_others() {
+    let cases = case_set(17, 40, 90);
+    let rect = Rect::new(2, 2).expect("in the list");
+    let raw = [Operand::from_name("raw").expect("one")];
+    // Room for a few of 23 kB.
+    cases.keep_strips(400 << 10);
+    let ask = |x: u32| cases.cached_strips(0, rect, &[x; LANES], &raw);
+    let kept = |x: u32| (0..2).any(|_| ask(x).is_some());
+    assert!(kept(0));
+    let first = ask(0).expect("still there");
+    let value = first.strip(raw[0])[17];
+    (1..39).for_each(|x| assert!(kept(x)));
+    assert!(ask(0).is_none(), "38 others of 23 kB came since, but there is room for 200 kB");
+    // What is in use stays as it is.
+    assert_eq!(first.strip(raw[0])[17], value);
 }
 
 #[test]

@@ -64,6 +64,14 @@ impl Choice {
         made.map_err(|error| unusable(self.name(), &error))
     }
 
+    /// All executors that this machine can run, in the order of the list above, each once.
+    pub(crate) fn all_runnable() -> Vec<Arc<dyn Executor>> {
+        // The widest batch interpreter is there under its short name already.
+        let again = Vectors::widest().executor();
+        let choices = Choice::value_variants().iter().filter(|choice| choice.name() != again);
+        choices.filter_map(|choice| choice.make().ok()).collect()
+    }
+
     /// The name in `--executor`, which is the library's.
     fn name(self) -> &'static str {
         match self {

@@ -3,6 +3,10 @@
 //! One file for each command; a command is an `Args` and a `run` that returns what went wrong, and only
 //! [`main`] turns that into a message and an exit code.
 
+mod bench;
+mod bench_population;
+mod bench_tables;
+mod bench_view;
 mod completions;
 mod data;
 mod error;
@@ -52,6 +56,7 @@ enum Command {
     Eval(eval::Args),
     Show(show::Args),
     Ir(ir::Args),
+    Bench(Box<bench::Args>),
     Data(data::Args),
     Completions(completions::Args),
 }
@@ -71,6 +76,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Eval(args) => eval::run(args),
         Command::Show(args) => show::run(args),
         Command::Ir(args) => ir::run(args),
+        Command::Bench(args) => bench::run(*args),
         Command::Data(args) => data::run(args),
         Command::Completions(args) => completions::run(args),
     };

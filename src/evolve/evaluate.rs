@@ -93,6 +93,11 @@ impl Cases {
         self.set.keep_strips(bytes);
     }
 
+    /// Width and height of the images.
+    pub(super) fn image_size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
     /// How many distinct columns are asked for.
     pub(super) fn columns(&self) -> u32 {
         self.columns

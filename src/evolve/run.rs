@@ -159,6 +159,11 @@ impl Evolution {
         &self.settings
     }
 
+    /// Width and height of the training images, in pixels.
+    pub fn image_size(&self) -> (u32, u32) {
+        self.cases.image_size()
+    }
+
     /// The state after the last complete generation, if there is one.
     pub fn state(&self) -> Option<&State> {
         self.state.as_ref()

@@ -16,6 +16,7 @@
 //! # Ok::<(), vsonar::tree::ParseError>(())
 //! ```
 
+use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -94,11 +95,34 @@ impl<'a> Walker<'a> {
 
     /// Runs the individual on one case: the window averages of its image, and the column asked for.
     pub fn walk<W: Windows + ?Sized>(&self, windows: &W, x_obstacle: f32) -> Walk {
+        self.walk_counting(windows, x_obstacle, ())
+    }
+
+    /// As [`Walker::walk`], counting the nodes that are evaluated: each time the value of a node of a column
+    /// expression or a body is asked for. A branch that is not taken does not count, nor do the iterate node and
+    /// its rectangle.
+    pub fn walk_and_count<W: Windows + ?Sized>(&self, windows: &W, x_obstacle: f32) -> (Walk, u64) {
+        let nodes = Cell::new(0);
+        (self.walk_counting(windows, x_obstacle, &nodes), nodes.get())
+    }
+
+    fn walk_counting<W: Windows + ?Sized>(&self, windows: &W, x_obstacle: f32, nodes: impl Counter) -> Walk {
         let run = |tree: &'a Tree, ends, first| {
             let (width, height) = (self.width, self.height);
             let rectangle = Rectangle { x: 0, y: 0, is_first: false };
-            Run { tree, ends, width, height, windows, x_obstacle, first, registers: [0.0; 5], rectangle }
-                .tree()
+            Run {
+                tree,
+                ends,
+                width,
+                height,
+                windows,
+                x_obstacle,
+                first,
+                registers: [0.0; 5],
+                rectangle,
+                nodes,
+            }
+            .tree()
         };
         // Only a second tree, of two, reads the registers of the first.
         let first = self.individual.first().map(|tree| run(tree, &self.ends[0], [0.0; 5]));
@@ -117,8 +141,23 @@ struct Rectangle {
     is_first: bool,
 }
 
+/// Counts the nodes that are evaluated, or does not: then it costs nothing.
+trait Counter: Copy {
+    fn count(self);
+}
+
+impl Counter for () {
+    fn count(self) {}
+}
+
+impl Counter for &Cell<u64> {
+    fn count(self) {
+        self.set(self.get() + 1);
+    }
+}
+
 /// One tree on one case.
-struct Run<'a, W: ?Sized> {
+struct Run<'a, W: ?Sized, C> {
     tree: &'a Tree,
     ends: &'a [usize],
     width: u32,
@@ -129,12 +168,13 @@ struct Run<'a, W: ?Sized> {
     first: [f32; 5],
     registers: [f32; 5],
     rectangle: Rectangle,
+    nodes: C,
 }
 
 /// The value of an expression, or that a `break` ends the tree.
 type Value = ControlFlow<(), f32>;
 
-impl<W: Windows + ?Sized> Run<'_, W> {
+impl<W: Windows + ?Sized, C: Counter> Run<'_, W, C> {
     fn tree(mut self) -> Outcome {
         let rect = self.tree.rect();
         // The column expression comes right after the iterate node and the rectangle, then the body.
@@ -166,6 +206,7 @@ impl<W: Windows + ?Sized> Run<'_, W> {
 
     /// Evaluates the expression whose root is the node at `index`.
     fn expression(&mut self, index: usize) -> Value {
+        self.nodes.count();
         let m = &mut Scalar;
         let first = index + 1;
         let value = match self.tree.nodes()[index] {

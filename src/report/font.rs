@@ -4,13 +4,13 @@
 //! project, so that captions need no font file and look the same everywhere.
 
 /// Width of a glyph in pixels.
-pub(super) const WIDTH: u32 = 5;
+pub(crate) const WIDTH: u32 = 5;
 
 /// Height of a glyph in pixels.
-pub(super) const HEIGHT: u32 = 9;
+pub(crate) const HEIGHT: u32 = 9;
 
 /// From one glyph's left edge to the next one's, in pixels.
-pub(super) const ADVANCE: u32 = WIDTH + 1;
+pub(crate) const ADVANCE: u32 = WIDTH + 1;
 
 /// First character of the table.
 const FIRST: char = ' ';
@@ -20,7 +20,7 @@ const UNKNOWN: [u8; HEIGHT as usize] =
     [0b11111, 0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b11111, 0b00000, 0b00000];
 
 /// The pixels of a character that are set, from top to bottom, as (column, row) from its upper left corner.
-pub(super) fn pixels(character: char) -> impl Iterator<Item = (u32, u32)> {
+pub(crate) fn pixels(character: char) -> impl Iterator<Item = (u32, u32)> {
     let index = (character as usize).checked_sub(FIRST as usize);
     let rows = index.and_then(|i| GLYPHS.get(i)).unwrap_or(&UNKNOWN);
     (0..HEIGHT).flat_map(move |y| {
@@ -29,13 +29,13 @@ pub(super) fn pixels(character: char) -> impl Iterator<Item = (u32, u32)> {
 }
 
 /// Width in pixels of a text of this many characters.
-pub(super) fn width(characters: usize) -> u32 {
+pub(crate) fn width(characters: usize) -> u32 {
     u32::try_from(characters)
         .map_or(u32::MAX, |n| (n.saturating_mul(ADVANCE)).saturating_sub(ADVANCE - WIDTH))
 }
 
 /// How many characters fit into a width in pixels.
-pub(super) fn fitting(width: u32) -> usize {
+pub(crate) fn fitting(width: u32) -> usize {
     (width.saturating_add(ADVANCE - WIDTH) / ADVANCE) as usize
 }
 

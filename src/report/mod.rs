@@ -25,7 +25,7 @@
 //! ```
 
 mod canvas;
-mod font;
+pub(crate) mod font;
 mod picture;
 mod sheet;
 #[cfg(test)]

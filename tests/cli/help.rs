@@ -12,6 +12,7 @@ const COMMANDS: &[&[&str]] = &[
     &["eval"],
     &["show"],
     &["ir"],
+    &["bench"],
     &["data"],
     &["data", "check"],
     &["data", "synth"],
@@ -43,7 +44,7 @@ fn every_command_has_help_with_examples() {
         assert!(short.lines().all(|line| line.chars().count() <= 120), "{short}");
     }
     let all = help(&[]);
-    for command in ["evolve", "eval", "show", "ir", "data", "completions"] {
+    for command in ["evolve", "eval", "show", "ir", "bench", "data", "completions"] {
         assert!(all.contains(&format!(" {command} ")), "{all}");
     }
 }
@@ -133,12 +134,14 @@ fn other_stated_defaults_are_the_real_ones() {
     assert!(of_flag(&help(&["eval"]), "--tolerance").contains(&format!("[default: {TOLERANCE}]")));
     assert!(of_flag(&help(&["eval"]), "--executor").contains("[default: cranelift]"));
     assert!(of_flag(&help(&["data", "synth"]), "--frames").contains(&format!("[default: {FRAMES}]")));
-    for command in ["evolve", "eval", "show"] {
+    for command in ["evolve", "eval", "show", "bench"] {
         // The number itself is tested where it is computed.
         let said = of_flag(&help(&[command]), "--memory");
         let default = "[default: three quarters of the machine's memory, 8 where that is unknown]";
         assert!(said.contains(default), "{said}");
     }
+    // The numbers are tested where they are used.
+    assert!(of_flag(&help(&["bench"]), "--cases").contains("[default: 32,64,128,256,all as far"));
     let ir = help(&["ir"]);
     assert!(of_flag(&ir, "--stage").contains("[default: optimised]"));
     assert!(of_flag(&ir, "--size").contains("[default: 320x240]"));

@@ -63,6 +63,27 @@ fn ctrl_c_in_the_first_generation_can_be_resumed() {
 }
 
 #[test]
+fn ctrl_c_ends_a_benchmark() {
+    let place = Place::new();
+    let flags = ["--data", "data", "--preset", "paper", "--population", "60", "--generations", "0,1"];
+    let more = ["--rounds", "10000", "--json", "--out", "report.json", "--plot", "plot.svg"];
+    let mut command = place.command(&[&["bench"], &flags[..], &more].concat());
+    let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
+    wait_until("the population", || {
+        std::fs::read_dir(place.path("bench-populations")).is_ok_and(|files| files.count() >= 2)
+    });
+    interrupt(&run);
+    let output = run.wait_with_output().expect("it ends");
+    let said = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(said.contains("interrupted") && output.stdout.is_empty(), "{said}");
+    assert!(!place.path("report.json").exists() && !place.path("plot.svg").exists());
+    // What was evolved is kept as a whole.
+    let arguments = ["bench", "--quiet", "--rounds", "1", "--executors", "reference", "--cases", "1"];
+    place.ok(&[&arguments, &flags[..]].concat());
+}
+
+#[test]
 fn ctrl_c_leaves_no_half_of_the_pictures() {
     let place = Place::new();
     place.write("up.gp", "(individual (iterate-up 3x3 x-obstacle (set-a y)))");

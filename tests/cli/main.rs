@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod bad_programs;
+mod bench;
 mod common;
 mod eval;
 mod evolve;

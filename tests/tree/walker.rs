@@ -288,3 +288,26 @@ fn the_deepest_trees_are_walked() {
     let found = std::thread::Builder::new().stack_size(2 << 20).spawn(run).expect("a thread").join();
     assert_eq!(found.expect("no overflow"), 14.0 + depth as f32);
 }
+
+#[test]
+fn evaluated_nodes_are_counted() {
+    let count = |program: &str| {
+        let individual = parse(program);
+        let walker = Walker::new(&individual, WIDTH, HEIGHT);
+        let (walk, nodes) = walker.walk_and_count(&|_: WindowAt| 100.0, 8.0);
+        assert_eq!(walk, walker.walk(&|_: WindowAt| 100.0, 8.0), "{program}");
+        nodes
+    };
+    let down = |body: &str| format!("(iterate-down 3x3 x-obstacle {body})");
+    // The column once, the body at each of 14 positions.
+    assert_eq!(count(&format!("(individual {})", down("(set-a (+ raw y))"))), 1 + 4 * 14);
+    assert_eq!(count("(individual (iterate-up 3x3 (* 2 3) (square 1)))"), 3 + 2 * 14);
+    // Of a choice one branch: 5 nodes at rows 1 to 7, then 4.
+    let choice = "(if-le y 7 (square 1) 2)";
+    assert_eq!(count(&format!("(individual {})", down(choice))), 1 + 5 * 7 + 4 * 7);
+    // What a break leaves out does not count, the break itself does.
+    assert_eq!(count(&format!("(individual {})", down("(prog3 raw break raw)"))), 1 + 3);
+    // Both trees, whether the second asks for the first or not.
+    let two = format!("(individual {} {})", down("(set-a 1)"), down("(set-a iter2-a)"));
+    assert_eq!(count(&two), 2 * (1 + 2 * 14));
+}

@@ -1,0 +1,327 @@
+//! The report: what was measured, in medians and quartiles. Its JSON form is this file's structures as they stand.
+//!
+//! Field names are stable within a [`VERSION`]; fields may be added to one. Times end in `_s` and are seconds.
+
+use serde::Serialize;
+
+use super::break_even::BreakEven;
+use super::measure::{Measured, Runs, Times};
+use super::spread::{Spread, median};
+
+/// The version of the report's fields.
+pub const VERSION: u32 = 1;
+
+/// The whole report.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// [`VERSION`].
+    pub version: u32,
+    /// The version of vsonar that measured.
+    pub vsonar: &'static str,
+    /// Where it was measured.
+    pub machine: Machine,
+    /// The fitness cases.
+    pub data: DataReport,
+    /// How the individuals were evolved.
+    pub settings: SettingsReport,
+    /// Individuals asked for of each generation.
+    pub sample: usize,
+    /// Rounds asked for.
+    pub rounds: usize,
+    /// A measurement for each generation.
+    pub generations: Vec<GenerationReport>,
+    /// Time against number of cases.
+    pub scaling: ScalingReport,
+}
+
+/// The machine that measured.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Machine {
+    /// Architecture, as `x86_64`.
+    pub arch: &'static str,
+    /// Operating system, as `linux`.
+    pub os: &'static str,
+    /// Model of the processor, if the system tells it.
+    pub cpu: Option<String>,
+    /// Threads that it runs at a time. Times are of one.
+    pub threads: usize,
+}
+
+impl Machine {
+    /// The machine this runs on.
+    pub fn this() -> Machine {
+        let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let line = info.lines().find_map(|line| line.strip_prefix("model name"));
+        let cpu = line.map(|line| line.trim_start_matches([' ', '\t', ':']).to_string());
+        Machine {
+            arch: std::env::consts::ARCH,
+            os: std::env::consts::OS,
+            cpu,
+            threads: std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+        }
+    }
+}
+
+/// The fitness cases.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct DataReport {
+    /// Name of the set.
+    pub name: String,
+    /// Its fingerprint, 16 hexadecimal digits.
+    pub fingerprint: String,
+    /// Images.
+    pub images: usize,
+    /// Cases.
+    pub cases: usize,
+    /// Width of the images in pixels.
+    pub width: u32,
+    /// Height of the images in pixels.
+    pub height: u32,
+}
+
+/// The settings of the run that the individuals are from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct SettingsReport {
+    /// Name of the preset.
+    pub preset: String,
+    /// Fingerprint of all settings, 16 hexadecimal digits.
+    pub fingerprint: String,
+    /// Individuals in a generation.
+    pub population: u32,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// What was measured on a generation's individuals.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GenerationReport {
+    /// The generation, counted from 0.
+    pub generation: u32,
+    /// Its fresh individuals.
+    pub fresh: usize,
+    /// Those of them that were measured.
+    pub individuals: usize,
+    /// Fitness cases each was run on.
+    pub cases: usize,
+    /// Operations of their optimised programs.
+    pub operations: Spread,
+    /// Tree nodes that are evaluated for one of them on one case.
+    pub nodes_per_case: Spread,
+    /// Each executor, in the order asked for.
+    pub executors: Vec<ExecutorReport>,
+    /// From how many cases on compiling pays, for each executor that compiles.
+    pub break_even: Vec<BreakEven>,
+    /// Each individual, in the order of the population.
+    pub measured: Vec<IndividualReport>,
+}
+
+/// An executor on a generation's individuals.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExecutorReport {
+    /// Its name.
+    pub executor: String,
+    /// Individuals it was measured on; a slow one has fewer, evenly chosen.
+    pub individuals: usize,
+    /// Rounds it was measured in.
+    pub rounds: usize,
+    /// Lowering and optimising, over the individuals.
+    pub lower_s: Spread,
+    /// Code generation.
+    pub compile_s: Spread,
+    /// Running on all cases.
+    pub execute_s: Spread,
+    /// All three together.
+    pub together_s: Spread,
+    /// Mean of an individual.
+    pub mean_s: Parts,
+    /// Sum over its individuals, by round.
+    pub round_totals_s: RoundTotals,
+    /// Tree nodes evaluated (as the walker would) by the whole time, compilation included, in 10⁹ a second.
+    pub gpops: f64,
+    /// The same by the time of execution alone.
+    pub gpops_execute: f64,
+    /// The walker's time for all individuals that both ran, by this executor's; `null` without the walker.
+    pub times_walker: Option<f64>,
+}
+
+/// Parts of a time.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Parts {
+    /// Lowering and optimising.
+    pub lower: f64,
+    /// Code generation.
+    pub compile: f64,
+    /// Running on all cases.
+    pub execute: f64,
+    /// All three together.
+    pub together: f64,
+}
+
+/// How the rounds differ: a measure of how quiet the machine was.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RoundTotals {
+    /// The fastest round.
+    pub min: f64,
+    /// The one in the middle.
+    pub median: f64,
+    /// The slowest.
+    pub max: f64,
+}
+
+/// An individual.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct IndividualReport {
+    /// Operations of its optimised program.
+    pub operations: usize,
+    /// Tree nodes evaluated on all cases together.
+    pub nodes: u64,
+    /// Time of each executor, lowering and compiling included, in the order of the executors; `null` where it was not
+    /// measured.
+    pub together_s: Vec<Option<f64>>,
+}
+
+/// Time against number of cases.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ScalingReport {
+    /// The generation that the individuals are from.
+    pub generation: u32,
+    /// Individuals, the same for every executor.
+    pub individuals: usize,
+    /// A measurement for each number of cases, ascending.
+    pub points: Vec<PointReport>,
+}
+
+/// The executors on so many cases.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PointReport {
+    /// Fitness cases, evenly chosen from the set.
+    pub cases: usize,
+    /// Each executor, in the order asked for.
+    pub executors: Vec<PointExecutor>,
+}
+
+/// An executor on so many cases.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PointExecutor {
+    /// Its name.
+    pub executor: String,
+    /// Time of an individual, lowering and compiling included.
+    pub together_s: Spread,
+}
+
+fn sum<'a>(times: impl Iterator<Item = &'a Times>) -> Parts {
+    times.fold(Parts::default(), |sum, times| Parts {
+        lower: sum.lower + times.lower,
+        compile: sum.compile + times.compile,
+        execute: sum.execute + times.execute,
+        together: sum.together + times.together,
+    })
+}
+
+impl ExecutorReport {
+    fn of(runs: &Runs, measured: &Measured) -> ExecutorReport {
+        let spread = |part: fn(&Times) -> f64| Spread::of(runs.times.iter().flatten().map(part));
+        let individuals = runs.times.iter().flatten().count();
+        let total = sum(runs.times.iter().flatten());
+        let ran = runs.times.iter().zip(&measured.subjects).filter(|(times, _)| times.is_some());
+        let nodes: u64 = ran.map(|(_, subject)| subject.nodes).sum();
+        let part = |sum: f64| sum / individuals.max(1) as f64;
+        ExecutorReport {
+            executor: runs.name.to_string(),
+            individuals,
+            rounds: runs.rounds,
+            lower_s: spread(|t| t.lower),
+            compile_s: spread(|t| t.compile),
+            execute_s: spread(|t| t.execute),
+            together_s: spread(|t| t.together),
+            mean_s: Parts {
+                lower: part(total.lower),
+                compile: part(total.compile),
+                execute: part(total.execute),
+                together: part(total.together),
+            },
+            round_totals_s: RoundTotals {
+                min: runs.totals.iter().copied().fold(f64::INFINITY, f64::min),
+                median: median(runs.totals.iter().copied()),
+                max: runs.totals.iter().copied().fold(0.0, f64::max),
+            },
+            gpops: nodes as f64 / total.together / 1e9,
+            gpops_execute: nodes as f64 / total.execute / 1e9,
+            times_walker: measured.runs.iter().find(|other| other.name == "tree").map(|walker| {
+                let both =
+                    || runs.times.iter().zip(&walker.times).filter_map(|(a, b)| a.as_ref().zip(b.as_ref()));
+                sum(both().map(|(_, walker)| walker)).together / sum(both().map(|(own, _)| own)).together
+            }),
+        }
+    }
+}
+
+impl GenerationReport {
+    /// Of the measurement of a generation that has so many fresh individuals.
+    pub fn of(generation: u32, fresh: usize, measured: &Measured) -> GenerationReport {
+        let cases = measured.cases.max(1) as f64;
+        let individual = |(number, subject): (usize, &super::measure::Subject)| IndividualReport {
+            operations: subject.operations,
+            nodes: subject.nodes,
+            together_s: measured.runs.iter().map(|runs| runs.times[number].map(|t| t.together)).collect(),
+        };
+        GenerationReport {
+            generation,
+            fresh,
+            individuals: measured.subjects.len(),
+            cases: measured.cases,
+            operations: Spread::of(measured.subjects.iter().map(|s| s.operations as f64)),
+            nodes_per_case: Spread::of(measured.subjects.iter().map(|s| s.nodes as f64 / cases)),
+            executors: measured.runs.iter().map(|runs| ExecutorReport::of(runs, measured)).collect(),
+            break_even: BreakEven::all(measured),
+            measured: measured.subjects.iter().enumerate().map(individual).collect(),
+        }
+    }
+}
+
+impl PointReport {
+    /// Of a measurement.
+    pub fn of(measured: &Measured) -> PointReport {
+        let executor = |runs: &Runs| PointExecutor {
+            executor: runs.name.to_string(),
+            together_s: Spread::of(runs.times.iter().flatten().map(|t| t.together)),
+        };
+        PointReport { cases: measured.cases, executors: measured.runs.iter().map(executor).collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::measure::Subject;
+    use super::*;
+
+    #[test]
+    fn ratios_are_of_the_same_individuals() {
+        let times = |together: f64| Some(Times { lower: 0.0, compile: 0.0, execute: together, together });
+        let runs = |name, times: Vec<Option<Times>>| Runs {
+            name,
+            lowers: true,
+            rounds: 3,
+            times,
+            totals: vec![3.0, 1.0, 2.0],
+        };
+        let measured = Measured {
+            cases: 2,
+            subjects: [10, 20, 30]
+                .map(|nodes| Subject { operations: 1, nodes: nodes * 1_000_000_000 })
+                .into(),
+            runs: vec![
+                runs("fast", vec![times(1.0), times(100.0), times(3.0)]),
+                runs("tree", vec![times(10.0), None, times(30.0)]),
+            ],
+        };
+        let report = GenerationReport::of(7, 9, &measured);
+        let [fast, tree] = &report.executors[..] else { panic!("two") };
+        assert_eq!((fast.times_walker, tree.times_walker), (Some(10.0), Some(1.0)));
+        assert_eq!((fast.individuals, tree.individuals), (3, 2));
+        assert_eq!((fast.gpops, tree.gpops), (60.0 / 104.0, 1.0));
+        assert_eq!(fast.round_totals_s, RoundTotals { min: 1.0, median: 2.0, max: 3.0 });
+        assert_eq!(report.measured[1].together_s, [Some(100.0), None]);
+        assert_eq!(report.nodes_per_case.median, 1e10);
+    }
+}
