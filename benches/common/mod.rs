@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use vsonar::exec::Executor;
+use vsonar::exec::auto::AutoExecutor;
 use vsonar::exec::batch::BatchExecutor;
 use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
 use vsonar::exec::reference::ReferenceExecutor;
@@ -15,6 +16,7 @@ use vsonar::exec::tree::TreeExecutor;
 pub fn all() -> Vec<Arc<dyn Executor>> {
     let cranelift = |shape| CraneliftExecutor::new(shape).expect("this machine has a back end");
     vec![
+        Arc::new(AutoExecutor::new()),
         Arc::new(BatchExecutor::widest()),
         Arc::new(cranelift(Shape::Lanes4)),
         Arc::new(cranelift(Shape::Scalar)),

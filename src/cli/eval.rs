@@ -36,7 +36,7 @@ pub(crate) struct Args {
     #[arg(long = "match", value_name = "GLOB", alias = "holdout-match", alias = "train-match")]
     pattern: Option<String>,
     /// What runs the program; all give the same answers
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Cranelift)]
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Auto)]
     executor: Choice,
     #[command(flatten)]
     memory: MemoryArgs,

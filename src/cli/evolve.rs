@@ -65,7 +65,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", help_heading = "Run", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// What runs the programs; all give the same results
-    #[arg(long, value_name = "NAME", help_heading = "Run", value_enum, default_value_t = Choice::Cranelift)]
+    #[arg(long, value_name = "NAME", help_heading = "Run", value_enum, default_value_t = Choice::Auto)]
     executor: Choice,
     #[command(flatten, next_help_heading = "Run")]
     memory: MemoryArgs,

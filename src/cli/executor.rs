@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use clap::ValueEnum;
 use vsonar::dataset::Dataset;
+use vsonar::exec::auto::AutoExecutor;
 use vsonar::exec::batch::{BatchExecutor, Vectors};
 use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
 use vsonar::exec::reference::ReferenceExecutor;
@@ -16,6 +17,8 @@ use super::CliError;
 /// The executors; their names are those of the library.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Choice {
+    /// Batch or cranelift for each program, whichever is expected to be faster
+    Auto,
     /// An interpreter on vectors of fitness cases, the widest of this machine; compiles nothing
     Batch,
     /// The same on vectors of 16 cases (AVX-512)
@@ -49,6 +52,7 @@ impl Choice {
     /// If this machine cannot run it.
     pub(crate) fn make(self) -> Result<Arc<dyn Executor>, CliError> {
         let made: Result<Arc<dyn Executor>, ExecError> = match self {
+            Choice::Auto => Ok(Arc::new(AutoExecutor::new())),
             Choice::Batch => Ok(Arc::new(BatchExecutor::widest())),
             Choice::Batch512 => batch(Vectors::V512),
             Choice::Batch256 => batch(Vectors::V256),
@@ -75,6 +79,7 @@ impl Choice {
     /// The name in `--executor`, which is the library's.
     fn name(self) -> &'static str {
         match self {
+            Choice::Auto => "auto",
             Choice::Batch => "batch",
             Choice::Batch512 => Vectors::V512.executor(),
             Choice::Batch256 => Vectors::V256.executor(),

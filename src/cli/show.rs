@@ -55,7 +55,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// What runs the program; all give the same answers
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Cranelift)]
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Auto)]
     executor: Choice,
     #[command(flatten)]
     memory: MemoryArgs,

@@ -11,6 +11,7 @@ use vsonar_ir::Program;
 use crate::tree::Individual;
 use crate::vision::CaseSet;
 
+pub mod auto;
 pub mod batch;
 pub mod cranelift;
 pub mod reference;

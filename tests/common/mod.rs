@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use image::GrayImage;
+use vsonar::exec::auto::AutoExecutor;
 use vsonar::exec::batch::{BatchExecutor, Vectors};
 use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
 use vsonar::exec::reference::ReferenceExecutor;
@@ -23,6 +24,7 @@ pub(crate) fn executors() -> Vec<Box<dyn Executor>> {
         Box::new(CraneliftExecutor::new(Shape::Scalar).expect("this machine has a back end")),
         Box::new(CraneliftExecutor::new(Shape::Lanes4).expect("this machine has a back end")),
     ];
+    all.push(Box::new(AutoExecutor::new()));
     for vectors in Vectors::ALL.into_iter().filter(|v| v.is_available()) {
         all.push(Box::new(BatchExecutor::new(vectors).expect("it is available")));
     }
