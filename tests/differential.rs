@@ -83,7 +83,7 @@ fn all_executors_agree_with_the_walker() {
         assert!(node_types[node_type.index()] > 0, "{} never ran", node_type.name());
     }
     // What lowering can write. The integer operations are those of expanded formulas, which
-    // tests/cranelift.rs covers operation by operation.
+    // tests/backends.rs covers operation by operation.
     let written = [
         Op::Const,
         Op::MConst,

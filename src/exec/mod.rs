@@ -14,6 +14,8 @@ use crate::vision::CaseSet;
 pub mod auto;
 pub mod batch;
 pub mod cranelift;
+#[cfg(test)]
+mod operations;
 pub mod reference;
 mod strips;
 pub mod tree;

@@ -40,8 +40,26 @@ impl Interpreter {
 
     /// Writes the program's answer for every case. The set's images are of the program's size.
     pub(super) fn run(&mut self, program: &Program, cases: &CaseSet, answers: &mut [f32]) {
-        let height = cases.height();
+        self.prepare(program);
         let first_wanted = wanted(program, true);
+        for (group, answers) in answers.chunks_mut(LANES).enumerate() {
+            self.slots.fill(slots::X_OBSTACLE, cases.x_obstacle(group));
+            if let Some(first) = program.first() {
+                self.run_loop(0, first, cases, group);
+                for k in (0..5).filter(|&k| first_wanted[k]) {
+                    let value = self.slots.values(slots::out(k));
+                    self.slots.fill(slots::iter2(k), &value);
+                }
+            }
+            self.run_loop(1, program.second(), cases, group);
+            let values = self.slots.values(slots::out(0));
+            answers.copy_from_slice(&values[..answers.len()]);
+        }
+    }
+
+    /// Plans the program's loops and computes what does not change with the case.
+    fn prepare(&mut self, program: &Program) {
+        let height = program.height();
         self.slots.reserve(slots_needed(program.loops()));
         self.planner.begin(&mut self.slots);
         let loops = [program.first(), Some(program.second())];
@@ -61,19 +79,6 @@ impl Interpreter {
             if let Some(l) = l {
                 self.tabulate(i, l, height);
             }
-        }
-        for (group, answers) in answers.chunks_mut(LANES).enumerate() {
-            self.slots.fill(slots::X_OBSTACLE, cases.x_obstacle(group));
-            if let Some(first) = program.first() {
-                self.run_loop(0, first, cases, group);
-                for k in (0..5).filter(|&k| first_wanted[k]) {
-                    let value = self.slots.values(slots::out(k));
-                    self.slots.fill(slots::iter2(k), &value);
-                }
-            }
-            self.run_loop(1, program.second(), cases, group);
-            let values = self.slots.values(slots::out(0));
-            answers.copy_from_slice(&values[..answers.len()]);
         }
     }
 
@@ -188,5 +193,59 @@ fn positions(l: &Loop, height: u32) -> Positions {
         (Span::All, false) => Positions { first: 0, count, up },
         (Span::Last, true) => Positions { first: 0, count: 1, up },
         (Span::Last, false) => Positions { first: count - 1, count: 1, up },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use image::GrayImage;
+
+    use super::*;
+    use crate::exec::batch::Vectors;
+    use crate::exec::operations::{Place, Subject, check_all};
+    use crate::vision::{Lane, WindowSums};
+
+    /// An interpreter with a group of cases.
+    struct Alone(Interpreter, CaseSet);
+
+    impl Subject for Alone {
+        fn run(&mut self, program: &Program, place: Place, iter2: &[[f32; LANES]; 5]) -> [f32; LANES] {
+            let Alone(interpreter, cases) = self;
+            interpreter.prepare(program);
+            interpreter.slots.fill(slots::X_OBSTACLE, cases.x_obstacle(0));
+            for (k, values) in iter2.iter().enumerate() {
+                interpreter.slots.fill(slots::iter2(k), values);
+            }
+            if place == Place::Column {
+                let plan = &interpreter.plans[1];
+                interpreter.instructions.run(Straight(&plan.column));
+                return interpreter.slots.values(plan.column_value.expect("the column is an expression"));
+            }
+            interpreter.run_loop(1, program.second(), cases, 0);
+            interpreter.slots.values(slots::out(0))
+        }
+    }
+
+    #[test]
+    fn every_operation_means_what_the_table_says() {
+        let image = Arc::new(WindowSums::new(&GrayImage::new(16, 16)));
+        for vectors in Vectors::ALL {
+            let Some(instructions) = InstructionSet::of(vectors) else { continue };
+            let lanes = vec![Lane { image: 0, column: 8 }; LANES];
+            let cases = CaseSet::new(vec![Arc::clone(&image)], lanes).expect("sound");
+            check_all(&mut Alone(Interpreter::new(instructions), cases), vectors.executor());
+        }
+    }
+
+    #[test]
+    fn positions_come_in_order_and_in_parts() {
+        let up = Positions { first: 9, count: 10, up: true };
+        assert_eq!((up.last(), up.range()), (0, 0..10));
+        let parts: Vec<_> = up.parts(4).map(|p| (p.first, p.count, p.range())).collect();
+        assert_eq!(parts, [(9, 4, 6..10), (5, 4, 2..6), (1, 2, 0..2)]);
+        let down = Positions { first: 3, count: 1, up: false };
+        assert_eq!(down.parts(4).collect::<Vec<_>>(), [down]);
     }
 }
