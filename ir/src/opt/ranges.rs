@@ -1,0 +1,168 @@
+//! The intervals of the leaves of a block: what is known before anything is computed.
+//!
+//! Columns and rows follow from the image's size, window averages from their operators
+//! ([`Rect::largest_average`]). What a carried register holds is found by running the body on intervals instead of numbers:
+//! from +0, what the body leaves is joined until nothing changes, and a bound that keeps growing is given up.
+
+use crate::op::{Leaf, Op};
+use crate::opt::interval::Interval;
+use crate::program::{Block, Inst, Loop, Span};
+use crate::window::{Operand, Rect};
+
+/// How often the carried registers' intervals may grow before their growing bounds become infinite.
+const PATIENCE: usize = 2;
+/// How often after that, before nothing is claimed; each time another of twenty bounds and flags changes.
+const MAX_ROUNDS: usize = 16;
+
+/// The interval of each leaf.
+#[derive(Debug, Clone)]
+pub struct Leaves {
+    rect: Rect,
+    /// The column asked for.
+    pub x_obstacle: Interval,
+    /// The first loop's final registers.
+    pub iter2: [Interval; 5],
+    /// The window's centre column.
+    pub x: Interval,
+    /// The window's centre row.
+    pub y: Interval,
+    /// The mark of the first position.
+    pub first_window: Interval,
+    /// The carried registers before a position.
+    pub read: [Interval; 5],
+}
+
+impl Default for Leaves {
+    /// Nothing is known but what holds in every program.
+    fn default() -> Leaves {
+        let natural = Interval::new(0.0, f32::MAX);
+        Leaves {
+            rect: Rect::default(),
+            x_obstacle: natural,
+            iter2: [Interval::ANY; 5],
+            x: natural,
+            y: natural,
+            first_window: Interval::new(-1.0, 1.0),
+            read: [Interval::ANY; 5],
+        }
+    }
+}
+
+impl Leaves {
+    /// The leaves of a loop's column expression, with the first loop's final registers as given. Those of the
+    /// body follow with [`Leaves::enter`].
+    pub fn new(l: &Loop, width: u32, height: u32, iter2: [Interval; 5]) -> Leaves {
+        let (top, bottom) = l.rect.rows(height);
+        let last = l.rows(height).next().filter(|_| l.span == Span::Last);
+        let (top, bottom) = last.map_or((top, bottom), |y| (y, y));
+        let first_window = if l.span == Span::Last {
+            Interval::of(l.first_window_at_start(height))
+        } else if top == bottom {
+            Interval::new(1.0, 1.0)
+        } else {
+            Interval::new(-1.0, 1.0)
+        };
+        // A single position reads what the registers start with.
+        let read = if top == bottom { Interval::ZERO } else { Interval::ANY };
+        Leaves {
+            rect: l.rect,
+            x_obstacle: Interval::new(0.0, (width - 1) as f32),
+            iter2,
+            x: Interval::ANY,
+            y: Interval::new(top as f32, bottom as f32),
+            first_window,
+            read: [read; 5],
+        }
+    }
+
+    /// The same at the first position alone.
+    #[must_use]
+    pub fn at_first_position(&self, l: &Loop, height: u32) -> Leaves {
+        let row = l.rows(height).next().map_or(self.y, |y| Interval::of(y as f32));
+        let first_window = Interval::of(l.first_window_at_start(height));
+        Leaves { y: row, first_window, read: [Interval::ZERO; 5], ..self.clone() }
+    }
+
+    /// Sets the range of `x` for a column expression with this result, in an image `width` wide.
+    pub fn enter(&mut self, column: Interval, width: u32) {
+        let resolve = |value| self.rect.resolve_column(value, width) as f32;
+        // Clamping and rounding are monotone; a NaN stands for the lowest column.
+        let lo = if column.nan { f32::NAN } else { column.lo };
+        let hi = if column.is_empty() { f32::NAN } else { column.hi };
+        self.x = Interval::new(resolve(lo), resolve(hi));
+    }
+
+    /// The interval of a leaf.
+    pub fn of(&self, leaf: Leaf) -> Interval {
+        match leaf {
+            Leaf::Const(_) | Leaf::IConst(_) | Leaf::MConst(_) => Interval::of_constant(leaf),
+            Leaf::XObstacle => self.x_obstacle,
+            Leaf::Iter2(k) => self.iter2[k as usize],
+            Leaf::X => self.x,
+            Leaf::Y => self.y,
+            Leaf::FirstWindow => self.first_window,
+            Leaf::Read(k) => self.read[k as usize],
+            Leaf::Window(operand) => average(self.rect, operand),
+        }
+    }
+
+    /// Finds the intervals of the carried registers that the body reads; `values` is scratch space.
+    pub fn find_reads(&mut self, l: &Loop, values: &mut Vec<Interval>) {
+        if self.read[0] != Interval::ANY || !l.body.insts().iter().any(|inst| inst.op() == Op::Read) {
+            return;
+        }
+        self.read = [Interval::ZERO; 5];
+        for round in 0..PATIENCE + MAX_ROUNDS {
+            run(&l.body, self, values);
+            let mut grown = false;
+            for (read, next) in self.read.iter_mut().zip(l.next) {
+                let Some(next) = next else { continue };
+                let mut joined = read.either(values[next.index()]);
+                if joined == *read {
+                    continue;
+                }
+                grown = true;
+                if round >= PATIENCE {
+                    joined.lo = if joined.lo < read.lo { f32::NEG_INFINITY } else { joined.lo };
+                    joined.hi = if joined.hi > read.hi { f32::INFINITY } else { joined.hi };
+                }
+                *read = joined;
+            }
+            if !grown {
+                return;
+            }
+        }
+        self.read = [Interval::ANY; 5];
+    }
+}
+
+/// The range of a window average.
+fn average(rect: Rect, operand: Operand) -> Interval {
+    Interval::new(0.0, rect.largest_average(operand))
+}
+
+/// The intervals of a block's registers, by number.
+pub fn run(block: &Block, leaves: &Leaves, values: &mut Vec<Interval>) {
+    values.clear();
+    for inst in block.insts() {
+        let value = infer(inst, leaves, values);
+        values.push(value);
+    }
+}
+
+fn infer(inst: &Inst, leaves: &Leaves, values: &[Interval]) -> Interval {
+    match inst.leaf() {
+        Some(leaf) => leaves.of(leaf),
+        None => of_operation(inst, values),
+    }
+}
+
+/// The interval of an instruction that is no leaf, from those of the registers below it.
+pub fn of_operation(inst: &Inst, values: &[Interval]) -> Interval {
+    let mut args = [Interval::ANY; 3];
+    for (to, from) in args.iter_mut().zip(inst.args()) {
+        *to = values[from.index()];
+    }
+    let same = matches!(inst.args(), [a, b] if a == b);
+    Interval::infer(inst.op(), args, same)
+}
