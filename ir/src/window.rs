@@ -271,8 +271,8 @@ pub struct WindowAt {
 
 /// What answers for window averages: an image's window sums, or any function in tests.
 pub trait Windows {
-    /// The average over the window, from +0 (never -0) to [`Rect::largest_average`]: the optimiser relies on it.
-    /// The rectangle lies wholly inside the image.
+    /// The average over the window: +0, or from 1 / area, rounded, to [`Rect::largest_average`], as the average of
+    /// whole numbers is. The optimiser relies on it. The rectangle lies wholly inside the image.
     fn average(&self, at: WindowAt) -> f32;
 }
 

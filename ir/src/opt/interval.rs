@@ -10,6 +10,7 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
+use crate::formula::trig::{TAN_LARGEST, TAN_REDUCED};
 use crate::op::{Leaf, Op, Ty};
 
 const INF: f32 = f32::INFINITY;
@@ -17,13 +18,16 @@ const INF: f32 = f32::INFINITY;
 /// What values a register may hold: the numbers from `lo` to `hi`, and a NaN if `nan`.
 ///
 /// A bound is never a NaN and never -0; where the interval holds zero, that zero may be -0 only if `negative_zero`.
-/// Where `lo` exceeds `hi` no number is possible (a NaN always).
+/// Where `lo` exceeds `hi` no number is possible (a NaN always). No number other than zero is smaller in magnitude than
+/// `least`: a quotient by averages of pixels is bounded, because they are at least 1/64 where they are not zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
     /// The least number.
     pub lo: f32,
     /// The greatest number.
     pub hi: f32,
+    /// A bound below the magnitudes of the numbers other than zero; infinite where there is none.
+    pub least: f32,
     /// It may be a NaN.
     pub nan: bool,
     /// It may be the zero with a minus sign.
@@ -32,22 +36,37 @@ pub struct Interval {
 
 impl Interval {
     /// Nothing is excluded.
-    pub const ANY: Interval = Interval { lo: -INF, hi: INF, nan: true, negative_zero: true };
+    pub const ANY: Interval = Interval { lo: -INF, hi: INF, least: 0.0, nan: true, negative_zero: true };
     /// Always a NaN.
-    pub const NAN: Interval = Interval { lo: INF, hi: -INF, nan: true, negative_zero: false };
+    pub const NAN: Interval = Interval { lo: INF, hi: -INF, least: INF, nan: true, negative_zero: false };
     /// Always +0.
-    pub const ZERO: Interval = Interval { lo: 0.0, hi: 0.0, nan: false, negative_zero: false };
+    pub const ZERO: Interval = Interval::new(0.0, 0.0);
     /// A mask that always holds.
-    pub const TRUE: Interval = Interval { lo: 1.0, hi: 1.0, nan: false, negative_zero: false };
+    pub const TRUE: Interval = Interval::new(1.0, 1.0);
     /// A mask that never holds.
     pub const FALSE: Interval = Interval::ZERO;
     /// A mask of which nothing is known.
-    pub const MASK: Interval = Interval { lo: 0.0, hi: 1.0, nan: false, negative_zero: false };
+    pub const MASK: Interval = Interval::new(0.0, 1.0);
 
     /// The numbers from `lo` to `hi`, -0 not among them. Neither bound may be a NaN.
     pub const fn new(lo: f32, hi: f32) -> Interval {
+        let least = if lo > 0.0 {
+            lo
+        } else if hi < 0.0 {
+            -hi
+        } else if lo == hi {
+            INF
+        } else {
+            0.0
+        };
         // Adding +0 turns -0 into +0 and changes nothing else.
-        Interval { lo: lo + 0.0, hi: hi + 0.0, nan: false, negative_zero: false }
+        Interval { lo: lo + 0.0, hi: hi + 0.0, least, nan: false, negative_zero: false }
+    }
+
+    /// The same numbers, those other than zero known to be at least `least` in magnitude.
+    #[must_use]
+    pub const fn coarse(self, least: f32) -> Interval {
+        if least > self.least { Interval { least, ..self } } else { self }
     }
 
     /// What is known of a constant.
@@ -85,7 +104,9 @@ impl Interval {
             return self.nan;
         }
         let negative_zero = value == 0.0 && value.is_sign_negative();
-        self.lo <= value && value <= self.hi && (self.negative_zero || !negative_zero)
+        let (sized, signed) =
+            (value == 0.0 || value.abs() >= self.least, self.negative_zero || !negative_zero);
+        self.lo <= value && value <= self.hi && sized && signed
     }
 
     /// Whether no number is possible.
@@ -133,6 +154,7 @@ impl Interval {
         Interval {
             lo: self.lo.min(other.lo),
             hi: self.hi.max(other.hi),
+            least: self.least.min(other.least),
             nan: self.nan | other.nan,
             negative_zero: self.negative_zero | other.negative_zero,
         }
@@ -155,10 +177,12 @@ impl Interval {
             // The two give b for a NaN in a.
             Op::Min | Op::Max if a.is_empty() => b,
             Op::Min => {
-                Interval { lo: a.lo.min(b.lo), hi: if a.nan { b.hi } else { a.hi.min(b.hi) }, ..a.one_of(b) }
+                let hi = if a.nan { b.hi } else { a.hi.min(b.hi) };
+                a.one_of(b, Interval::new(a.lo.min(b.lo), hi))
             }
             Op::Max => {
-                Interval { lo: if a.nan { b.lo } else { a.lo.max(b.lo) }, hi: a.hi.max(b.hi), ..a.one_of(b) }
+                let lo = if a.nan { b.lo } else { a.lo.max(b.lo) };
+                a.one_of(b, Interval::new(lo, a.hi.max(b.hi)))
             }
             Op::PDiv if b.lo == 0.0 && b.hi == 0.0 => Interval { nan: b.nan, ..Interval::TRUE },
             // Of a NaN nothing but a NaN comes.
@@ -176,15 +200,21 @@ impl Interval {
             Op::Mul => a.mul(b, same),
             Op::Div => a.div(b, same),
             Op::PDiv => a.protected_div(b, same),
+            // These keep a zero and its sign.
+            Op::Sin | Op::Tan | Op::Atan if a.lo == 0.0 && a.hi == 0.0 => a,
             Op::Sin | Op::Cos => {
-                Interval { lo: -1.0, hi: 1.0, nan: a.nan || a.may_be_infinite(), negative_zero: true }
+                let nan = a.nan || a.may_be_infinite();
+                Interval { nan, negative_zero: true, ..Interval::new(-1.0, 1.0) }
+            }
+            Op::Tan if -TAN_REDUCED <= a.lo && a.hi <= TAN_REDUCED => {
+                Interval { nan: a.nan, negative_zero: true, ..Interval::new(-TAN_LARGEST, TAN_LARGEST) }
             }
             Op::Tan => Interval { nan: a.nan || a.may_be_infinite(), ..Interval::ANY },
+            // Never greater than the operand.
             Op::Atan => Interval {
-                lo: if a.lo < 0.0 { -FRAC_PI_2 } else { 0.0 },
-                hi: if a.hi > 0.0 { FRAC_PI_2 } else { 0.0 },
                 nan: a.nan,
                 negative_zero: a.sign_may_be_negative(),
+                ..Interval::new(a.lo.clamp(-FRAC_PI_2, 0.0), a.hi.clamp(0.0, FRAC_PI_2))
             },
             Op::Atan2 => a.atan2(b),
             _ => Interval::ANY,
@@ -195,9 +225,10 @@ impl Interval {
         Interval { nan: true, ..self }
     }
 
-    /// The flags of a minimum or maximum: `self` is the first operand.
-    fn one_of(self, b: Interval) -> Interval {
-        Interval { nan: b.nan, negative_zero: self.negative_zero | b.negative_zero, ..Interval::ANY }
+    /// The rest of what is known of a minimum or maximum of `self` and `b` with these bounds.
+    fn one_of(self, b: Interval, bounds: Interval) -> Interval {
+        let negative_zero = self.negative_zero | b.negative_zero;
+        Interval { nan: b.nan, negative_zero, ..bounds }.coarse(self.least.min(b.least))
     }
 
     /// From the least to the greatest result of `f` at the corners. A corner that gives a NaN (0 times infinity,
@@ -220,19 +251,23 @@ impl Interval {
     fn add(self, b: Interval, same: bool) -> Interval {
         let opposite = self.hi == INF && b.lo == -INF || self.lo == -INF && b.hi == INF;
         let (lo, hi) = (self.lo + b.lo, self.hi + b.hi);
-        Interval {
+        let sum = Interval {
             nan: self.nan || b.nan || opposite && !same,
             // x + -x is +0, and a tiny sum is exact: only two negative zeros make one.
             negative_zero: self.negative_zero && b.negative_zero,
             ..Interval::new(if lo.is_nan() { -INF } else { lo }, if hi.is_nan() { INF } else { hi })
-        }
+        };
+        // Without a subtraction it is as large as one of the two.
+        let grows = self.lo >= 0.0 && b.lo >= 0.0 || self.hi <= 0.0 && b.hi <= 0.0;
+        if grows { sum.coarse(self.least.min(b.least)) } else { sum }
     }
 
     fn sub(self, b: Interval, same: bool) -> Interval {
         if same {
             return Interval { nan: !self.finite(), ..Interval::ZERO };
         }
-        let negated = Interval { lo: -b.hi + 0.0, hi: -b.lo + 0.0, negative_zero: b.may_be_zero(), ..b };
+        let negated = Interval { nan: b.nan, negative_zero: b.may_be_zero(), ..Interval::new(-b.hi, -b.lo) };
+        let negated = negated.coarse(b.least);
         self.add(negated, false)
     }
 
@@ -242,7 +277,7 @@ impl Interval {
             // A square: at least +0, and no zero meets an infinity.
             let (p, q) = (self.lo * self.lo, self.hi * self.hi);
             product = Interval::new(if self.may_be_zero() { 0.0 } else { p.min(q) }, p.max(q));
-            return Interval { nan: self.nan, ..product };
+            return Interval { nan: self.nan, ..product }.coarse(self.least * self.least);
         }
         let zero_times_infinity =
             self.may_be_zero() && b.may_be_infinite() || self.may_be_infinite() && b.may_be_zero();
@@ -251,23 +286,31 @@ impl Interval {
             negative_zero: self.signs_may_differ(b) && product.may_be_zero(),
             ..product
         }
+        .coarse(self.least * b.least)
     }
 
     /// The quotients by the numbers of `b` other than zeros.
     fn quotient(self, b: Interval) -> Interval {
         let mut quotient = Interval::ANY;
         if b.lo >= 0.0 {
-            // At +0 the corner is the limit.
-            quotient = self.corners(b, |x, y| x / y);
+            // Where nothing is known of the least divisor, the corner at +0 is the limit.
+            let divisors = Interval { lo: b.lo.max(b.least), ..b };
+            quotient = self.corners(divisors, |x, y| x / y);
         } else if b.hi <= 0.0 {
-            // At -0 it is.
-            quotient = self.corners(b, |x, y| x / if y == 0.0 { -0.0 } else { y });
+            // The same at -0.
+            let divisors = Interval { hi: b.hi.min(-b.least), ..b };
+            quotient = self.corners(divisors, |x, y| x / if y == 0.0 { -0.0 } else { y });
+        } else if b.least > 0.0 {
+            let largest = self.lo.abs().max(self.hi.abs()) / b.least;
+            let largest = if largest.is_nan() { INF } else { largest };
+            quotient = Interval::new(-largest, largest);
         }
         Interval {
             nan: self.nan || b.nan || self.may_be_infinite() && b.may_be_infinite(),
             negative_zero: self.signs_may_differ(b) && quotient.may_be_zero(),
             ..quotient
         }
+        .coarse(self.least / b.lo.abs().max(b.hi.abs()))
     }
 
     fn div(self, b: Interval, same: bool) -> Interval {
@@ -277,9 +320,12 @@ impl Interval {
         let mut quotient = self.quotient(b);
         if b.may_be_zero() {
             quotient.nan |= self.may_be_zero();
-            if b.lo < 0.0 || b.negative_zero {
-                // Zeros of both signs, or of the other sign than the rest.
-                (quotient.lo, quotient.hi, quotient.negative_zero) = (-INF, INF, true);
+            // A divisor +0 keeps the sign; -0, if it can be, turns it round.
+            if self.hi > 0.0 || b.negative_zero {
+                quotient.hi = INF;
+            }
+            if self.lo < 0.0 || b.negative_zero {
+                quotient.lo = -INF;
             }
         }
         quotient
@@ -295,12 +341,16 @@ impl Interval {
     }
 
     fn atan2(self, b: Interval) -> Interval {
+        let nan = self.nan || b.nan;
+        if self.lo == 0.0 && self.hi == 0.0 && b.lo >= 0.0 {
+            return Interval { nan, ..self };
+        }
         let furthest = if b.lo >= 0.0 { FRAC_PI_2 } else { PI };
+        let negative = self.sign_may_be_negative();
         Interval {
-            lo: if self.sign_may_be_negative() { -furthest } else { 0.0 },
-            hi: furthest,
-            nan: self.nan || b.nan,
-            negative_zero: self.sign_may_be_negative(),
+            nan,
+            negative_zero: negative,
+            ..Interval::new(if negative { -furthest } else { 0.0 }, furthest)
         }
     }
 

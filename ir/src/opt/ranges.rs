@@ -35,14 +35,14 @@ pub struct Leaves {
 impl Default for Leaves {
     /// Nothing is known but what holds in every program.
     fn default() -> Leaves {
-        let natural = Interval::new(0.0, f32::MAX);
+        let natural = Interval::new(0.0, f32::MAX).coarse(1.0 / 64.0);
         Leaves {
             rect: Rect::default(),
             x_obstacle: natural,
             iter2: [Interval::ANY; 5],
             x: natural,
             y: natural,
-            first_window: Interval::new(-1.0, 1.0),
+            first_window: first_window(),
             read: [Interval::ANY; 5],
         }
     }
@@ -60,16 +60,16 @@ impl Leaves {
         } else if top == bottom {
             Interval::new(1.0, 1.0)
         } else {
-            Interval::new(-1.0, 1.0)
+            first_window()
         };
         // A single position reads what the registers start with.
         let read = if top == bottom { Interval::ZERO } else { Interval::ANY };
         Leaves {
             rect: l.rect,
-            x_obstacle: Interval::new(0.0, (width - 1) as f32),
+            x_obstacle: whole(0, width - 1),
             iter2,
             x: Interval::ANY,
-            y: Interval::new(top as f32, bottom as f32),
+            y: whole(top, bottom),
             first_window,
             read: [read; 5],
         }
@@ -85,11 +85,11 @@ impl Leaves {
 
     /// Sets the range of `x` for a column expression with this result, in an image `width` wide.
     pub fn enter(&mut self, column: Interval, width: u32) {
-        let resolve = |value| self.rect.resolve_column(value, width) as f32;
+        let resolve = |value| self.rect.resolve_column(value, width);
         // Clamping and rounding are monotone; a NaN stands for the lowest column.
         let lo = if column.nan { f32::NAN } else { column.lo };
         let hi = if column.is_empty() { f32::NAN } else { column.hi };
-        self.x = Interval::new(resolve(lo), resolve(hi));
+        self.x = whole(resolve(lo), resolve(hi));
     }
 
     /// The interval of a leaf.
@@ -125,6 +125,7 @@ impl Leaves {
                 if round >= PATIENCE {
                     joined.lo = if joined.lo < read.lo { f32::NEG_INFINITY } else { joined.lo };
                     joined.hi = if joined.hi > read.hi { f32::INFINITY } else { joined.hi };
+                    joined.least = if joined.least < read.least { 0.0 } else { joined.least };
                 }
                 *read = joined;
             }
@@ -136,9 +137,20 @@ impl Leaves {
     }
 }
 
+/// Whole numbers of pixels.
+fn whole(lo: u32, hi: u32) -> Interval {
+    Interval::new(lo as f32, hi as f32).coarse(1.0)
+}
+
+/// 1 or -1.
+fn first_window() -> Interval {
+    Interval::new(-1.0, 1.0).coarse(1.0)
+}
+
 /// The range of a window average.
 fn average(rect: Rect, operand: Operand) -> Interval {
-    Interval::new(0.0, rect.largest_average(operand))
+    // Where it is not zero, the sum is at least 1.
+    Interval::new(0.0, rect.largest_average(operand)).coarse(1.0 / rect.area() as f32)
 }
 
 /// The intervals of a block's registers, by number.

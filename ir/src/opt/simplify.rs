@@ -32,7 +32,7 @@ pub fn run(program: &mut Program, writer: &mut Writer) -> bool {
 /// A column expression that is resolved to one column is that column's number.
 fn name_column(l: &mut Loop, x: Interval) -> bool {
     let leaf = Leaf::Const(x.lo);
-    if x.lo != x.hi || l.column.as_leaf() == Some(leaf) {
+    if x.lo != x.hi || l.column.as_leaf().map(Leaf::encode) == Some(leaf.encode()) {
         return false;
     }
     l.column.set(leaf);
