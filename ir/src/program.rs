@@ -33,6 +33,12 @@ impl Inst {
         Inst { op, args, imm }
     }
 
+    /// The instruction of a leaf.
+    pub(crate) fn of(leaf: Leaf) -> Inst {
+        let (op, imm) = leaf.encode();
+        Inst::new(op, [Reg(0); 3], imm)
+    }
+
     /// The operation.
     pub const fn op(&self) -> Op {
         self.op
@@ -219,9 +225,8 @@ impl Column {
 
     /// Makes a leaf the whole expression.
     pub(crate) fn set(&mut self, leaf: Leaf) {
-        let (op, imm) = leaf.encode();
         self.block.insts.clear();
-        self.block.insts.push(Inst::new(op, [Reg(0); 3], imm));
+        self.block.insts.push(Inst::of(leaf));
         self.result = Reg(0);
     }
 

@@ -91,8 +91,14 @@ rules! {
     "div 1": Div(X, Is(1.0)) => X;
     "div power of two": Div(X, C) when PowerOfTwo(0) => Pattern::Op(Op::Mul, &[X, Reciprocal(0)]);
     "min itself": Min(X, X) => X;
+    "min before, left": Min(X, Pattern::Op(Op::Min, &[X, Y])) => Pattern::Op(Op::Min, &[X, Y]);
+    "min before, right": Min(X, Pattern::Op(Op::Min, &[Y, X])) => Pattern::Op(Op::Min, &[Y, X]);
+    "min again, left": Min(Pattern::Op(Op::Min, &[X, Y]), X) when EqualIsSame(0, 1) => Pattern::Op(Op::Min, &[X, Y]);
     "min again": Min(Pattern::Op(Op::Min, &[X, Y]), Y) => Pattern::Op(Op::Min, &[X, Y]);
     "max itself": Max(X, X) => X;
+    "max before, left": Max(X, Pattern::Op(Op::Max, &[X, Y])) => Pattern::Op(Op::Max, &[X, Y]);
+    "max before, right": Max(X, Pattern::Op(Op::Max, &[Y, X])) => Pattern::Op(Op::Max, &[Y, X]);
+    "max again, left": Max(Pattern::Op(Op::Max, &[X, Y]), X) when EqualIsSame(0, 1) => Pattern::Op(Op::Max, &[X, Y]);
     "max again": Max(Pattern::Op(Op::Max, &[X, Y]), Y) => Pattern::Op(Op::Max, &[X, Y]);
     "select the same": Select(P, X, X) => X;
     "select not": Select(not(&[P]), X, Y) => Pattern::Op(Op::Select, &[P, Y, X]);
@@ -112,6 +118,13 @@ rules! {
     "and before, right": And(P, Pattern::Op(Op::And, &[Q, P])) => Pattern::Op(Op::And, &[Q, P]);
     "and or, left": And(P, Pattern::Op(Op::Or, &[P, Q])) => P;
     "and or, right": And(P, Pattern::Op(Op::Or, &[Q, P])) => P;
+    "and nots": And(not(&[P]), not(&[Q])) => not(&[Pattern::Op(Op::Or, &[P, Q])]);
+    "and or not, left": And(P, Pattern::Op(Op::Or, &[not(&[P]), Q])) => Pattern::Op(Op::And, &[P, Q]);
+    "and or not, right": And(P, Pattern::Op(Op::Or, &[Q, not(&[P])])) => Pattern::Op(Op::And, &[P, Q]);
+    "and not or, left": And(not(&[P]), Pattern::Op(Op::Or, &[P, Q])) => Pattern::Op(Op::And, &[not(&[P]), Q]);
+    "and not or, right": And(not(&[P]), Pattern::Op(Op::Or, &[Q, P])) => Pattern::Op(Op::And, &[not(&[P]), Q]);
+    "and or before not, left": And(Pattern::Op(Op::Or, &[P, Q]), not(&[P])) => Pattern::Op(Op::And, &[not(&[P]), Q]);
+    "and or before not, right": And(Pattern::Op(Op::Or, &[Q, P]), not(&[P])) => Pattern::Op(Op::And, &[not(&[P]), Q]);
     "or itself": Or(P, P) => P;
     "or false": Or(P, Truth(false)) => P;
     "or not": Or(P, not(&[P])) => Truth(true);
@@ -122,6 +135,13 @@ rules! {
     "or before, right": Or(P, Pattern::Op(Op::Or, &[Q, P])) => Pattern::Op(Op::Or, &[Q, P]);
     "or and, left": Or(P, Pattern::Op(Op::And, &[P, Q])) => P;
     "or and, right": Or(P, Pattern::Op(Op::And, &[Q, P])) => P;
+    "or nots": Or(not(&[P]), not(&[Q])) => not(&[Pattern::Op(Op::And, &[P, Q])]);
+    "or and not, left": Or(P, Pattern::Op(Op::And, &[not(&[P]), Q])) => Pattern::Op(Op::Or, &[P, Q]);
+    "or and not, right": Or(P, Pattern::Op(Op::And, &[Q, not(&[P])])) => Pattern::Op(Op::Or, &[P, Q]);
+    "or not and, left": Or(not(&[P]), Pattern::Op(Op::And, &[P, Q])) => Pattern::Op(Op::Or, &[not(&[P]), Q]);
+    "or not and, right": Or(not(&[P]), Pattern::Op(Op::And, &[Q, P])) => Pattern::Op(Op::Or, &[not(&[P]), Q]);
+    "or and before not, left": Or(Pattern::Op(Op::And, &[P, Q]), not(&[P])) => Pattern::Op(Op::Or, &[not(&[P]), Q]);
+    "or and before not, right": Or(Pattern::Op(Op::And, &[Q, P]), not(&[P])) => Pattern::Op(Op::Or, &[not(&[P]), Q]);
     "not not": Not(not(&[P])) => P;
 }
 

@@ -57,11 +57,11 @@ impl Numbering {
     }
 }
 
-/// The form of an instruction that all its equals share: operands of a commutative operation in a fixed order,
-/// constants (as told by `is_const`) last.
+/// The form of an instruction that all its equals share: operands that may change places in a fixed order, constants
+/// (as told by `is_const`) last.
 #[must_use]
-pub fn canonical(inst: Inst, is_const: impl Fn(Reg) -> bool) -> Inst {
-    if !inst.op().is_commutative() {
+pub fn canonical(inst: Inst, may_exchange: bool, is_const: impl Fn(Reg) -> bool) -> Inst {
+    if !may_exchange {
         return inst;
     }
     let [a, b] = [inst.args()[0], inst.args()[1]];

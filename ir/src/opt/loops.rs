@@ -4,6 +4,7 @@
 //!   alone: [`Span::Last`].
 //! * A loop that breaks at its first position visits that alone: it is the last of the other direction. Whether it
 //!   does is seen with the intervals of the first position, where carried registers are 0 and `y` is one row.
+//! * A second loop whose answer is one of the first one's registers adds nothing to it.
 //! * What a loop does not look at is set to the same in all such loops, so that they are equal: the column where
 //!   neither `x` nor a window is read, the rectangle's width besides, and where a single position is visited and
 //!   no row matters, its height and the direction.
@@ -12,7 +13,7 @@ use crate::op::{Leaf, Op};
 use crate::opt::interval::Interval;
 use crate::opt::ranges::{self, Leaves};
 use crate::opt::simplify::Writer;
-use crate::program::{Direction, Loop, Program, Span};
+use crate::program::{Direction, Inst, Loop, Program, Span};
 use crate::window::Rect;
 
 /// Applies all of it; whether anything changed.
@@ -24,7 +25,25 @@ pub fn run(program: &mut Program, writer: &mut Writer) -> bool {
         changed |= run_once(l, width, height, writer);
         changed |= forget_header(l, width);
     }
-    changed
+    changed | merge(program)
+}
+
+/// Makes the first loop the only one where the answer is one of its registers.
+fn merge(program: &mut Program) -> bool {
+    let second = &program.second;
+    let answer = second.next[0].and_then(|reg| second.body.inst(reg).leaf());
+    let (Some(Leaf::Iter2(k)), Some(first)) = (answer, program.first.as_ref()) else { return false };
+    let mut l = first.clone();
+    l.next.swap(0, k as usize);
+    for inst in l.body.insts_mut() {
+        match inst.leaf() {
+            Some(Leaf::Read(0)) => *inst = Inst::of(Leaf::Read(k)),
+            Some(Leaf::Read(of)) if of == k => *inst = Inst::of(Leaf::Read(0)),
+            _ => {}
+        }
+    }
+    (program.first, program.second) = (None, l);
+    true
 }
 
 fn reads(l: &Loop, wanted: impl Fn(Op) -> bool) -> bool {

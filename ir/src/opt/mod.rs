@@ -2,7 +2,7 @@
 //!
 //! | pass | what it does |
 //! |---|---|
-//! | [`simplify`] | one walk down each block that folds constants ([`fold`]), decides what the ranges of its values decide ([`interval`], [`ranges`]), applies the table of algebraic rewrites ([`algebra`]) and reuses equal values ([`gvn`]) |
+//! | [`simplify`] | one walk down each block that folds constants ([`fold`]), decides what the ranges of its values decide ([`interval`], [`ranges`]), applies the table of algebraic rewrites ([`algebra`]), takes choices apart ([`choice`]), tries columns ([`columns`]) and reuses equal values ([`gvn`]) |
 //! | [`loops`] | loops that end at their first position or depend on their last alone; columns, sizes and directions nothing depends on |
 //! | [`dce`] | instructions and registers nobody reads; the whole first loop when nothing of it is read |
 //! | [`order`] | one order of instructions, operands and registers for all programs that differ in it alone; every instruction in the earliest region it can stand in |
@@ -14,6 +14,8 @@
 //! [`reference::answer`](crate::reference::answer)).
 
 pub mod algebra;
+pub mod choice;
+pub mod columns;
 pub mod dce;
 pub mod expand;
 pub mod fold;
@@ -70,6 +72,7 @@ const MAX_ROUNDS: usize = 16;
 #[derive(Debug, Default)]
 pub struct Optimiser {
     writer: simplify::Writer,
+    columns: columns::Columns,
     sweeper: dce::Sweeper,
     sorter: order::Sorter,
     live_operations: usize,
@@ -104,7 +107,7 @@ impl Optimiser {
     /// In debug builds, if the pass leaves a malformed program.
     pub fn run(&mut self, pass: Pass, program: &mut Program) -> bool {
         let changed = match pass {
-            Pass::Simplify => simplify::run(program, &mut self.writer),
+            Pass::Simplify => simplify::run(program, &mut self.writer, &mut self.columns),
             Pass::Loops => loops::run(program, &mut self.writer),
             Pass::Dce => dce::run(program, &mut self.sweeper),
             Pass::Order => order::run(program, &mut self.sorter, &mut self.sweeper),

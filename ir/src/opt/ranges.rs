@@ -5,8 +5,9 @@
 //! from +0, what the body leaves is joined until nothing changes, and a bound that keeps growing is given up.
 
 use crate::op::{Leaf, Op};
+use crate::opt::fold;
 use crate::opt::interval::Interval;
-use crate::program::{Block, Inst, Loop, Span};
+use crate::program::{Block, Inst, Loop, Reg, Span};
 use crate::window::{Operand, Rect};
 
 /// How often the carried registers' intervals may grow before their growing bounds become infinite.
@@ -163,17 +164,24 @@ pub fn run(block: &Block, leaves: &Leaves, values: &mut Vec<Interval>) {
 }
 
 fn infer(inst: &Inst, leaves: &Leaves, values: &[Interval]) -> Interval {
-    match inst.leaf() {
-        Some(leaf) => leaves.of(leaf),
-        None => of_operation(inst, values),
+    if let Some(leaf) = inst.leaf() {
+        return leaves.of(leaf);
+    }
+    let value = |reg: Reg| values[reg.index()];
+    // Of single values the result is known to the bit, whatever is known of the operation in general.
+    let constant = |i: usize| value(inst.args()[i]).constant(inst.op().operands()[i]);
+    match fold::fold(inst, constant) {
+        Some(leaf) => Interval::of_constant(leaf),
+        None => of_operation(inst, value),
     }
 }
 
-/// The interval of an instruction that is no leaf, from those of the registers below it.
-pub fn of_operation(inst: &Inst, values: &[Interval]) -> Interval {
+/// The interval of an instruction that is no leaf, from those of its operands.
+#[inline]
+pub fn of_operation(inst: &Inst, value: impl Fn(Reg) -> Interval) -> Interval {
     let mut args = [Interval::ANY; 3];
     for (to, from) in args.iter_mut().zip(inst.args()) {
-        *to = values[from.index()];
+        *to = value(*from);
     }
     let same = matches!(inst.args(), [a, b] if a == b);
     Interval::infer(inst.op(), args, same)

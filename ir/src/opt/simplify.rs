@@ -5,11 +5,11 @@ use crate::op::{Leaf, Op, Ty};
 use crate::opt::gvn::{self, Numbering};
 use crate::opt::interval::Interval;
 use crate::opt::ranges::{self, Leaves};
-use crate::opt::{algebra, fold};
+use crate::opt::{algebra, choice, columns, fold};
 use crate::program::{Block, Column, Inst, Loop, Program, Reg};
 
 /// Simplifies every block of a program; whether anything changed.
-pub fn run(program: &mut Program, writer: &mut Writer) -> bool {
+pub fn run(program: &mut Program, writer: &mut Writer, columns: &mut columns::Columns) -> bool {
     let (width, height) = (program.width, program.height);
     let mut changed = false;
     // Without a first loop nothing can read its registers.
@@ -19,7 +19,7 @@ pub fn run(program: &mut Program, writer: &mut Writer) -> bool {
         writer.leaves = Leaves::new(l, width, height, iter2);
         changed |= writer.rewrite_column(&mut l.column, |leaf| same.leaf(leaf));
         writer.leaves.enter(writer.values[l.column.result.index()], width);
-        changed |= name_column(l, writer.leaves.x);
+        changed |= name_column(l, writer.leaves.x) || columns::run(l, width, columns);
         writer.leaves.find_reads(l, &mut writer.scratch);
         changed |= writer.rewrite_body(l, |leaf| same.leaf(leaf));
         // At least one position is visited, so the last one's values are all there are.
@@ -75,6 +75,8 @@ pub struct Writer {
     pub leaves: Leaves,
     /// Space for intervals of other blocks.
     pub scratch: Vec<Interval>,
+    /// How many choices are being taken apart, one inside the other.
+    pub depth: usize,
 }
 
 impl Writer {
@@ -135,7 +137,7 @@ impl Writer {
 
     /// The register of an operation's value, simplified. The operands are registers of this writer.
     pub fn push(&mut self, inst: Inst) -> Reg {
-        let inst = gvn::canonical(inst, |reg| self.constant(reg).is_some());
+        let inst = gvn::canonical(inst, self.may_exchange(&inst), |reg| self.constant(reg).is_some());
         // What stands there has been through all of this.
         if let Some(reg) = self.numbering.find(&inst, &self.insts) {
             return reg;
@@ -143,7 +145,7 @@ impl Writer {
         if let Some(constant) = fold::fold(&inst, |i| self.constant(inst.args()[i])) {
             return self.leaf(constant);
         }
-        let value = ranges::of_operation(&inst, &self.values);
+        let value = ranges::of_operation(&inst, |reg| self.value(reg));
         if let Some(constant) = value.constant(inst.op().result()) {
             return self.leaf(constant);
         }
@@ -156,7 +158,18 @@ impl Writer {
         if let Some(reg) = algebra::apply(self, &inst) {
             return reg;
         }
+        if let Some(reg) = choice::apply(self, &inst) {
+            return reg;
+        }
         self.append(inst, value)
+    }
+
+    /// Whether the first two operands may change places: always, or where the intervals say so.
+    fn may_exchange(&self, inst: &Inst) -> bool {
+        match inst.op() {
+            Op::Min | Op::Max => self.value(inst.args()[0]).equal_is_same(self.value(inst.args()[1])),
+            op => op.is_commutative(),
+        }
     }
 
     /// Which operand a choice always takes, if the intervals decide.
