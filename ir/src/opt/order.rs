@@ -13,6 +13,8 @@
 
 use crate::op::{Depends, Leaf, Op};
 use crate::opt::dce::{self, Sweeper};
+use crate::opt::interval::Interval;
+use crate::opt::ranges::{self, Leaves};
 use crate::program::{Block, Inst, Loop, Program, Reg, Region, mix};
 
 /// Space for the walks, kept from program to program.
@@ -27,6 +29,7 @@ pub struct Sorter {
     map: Vec<Reg>,
     depends: Vec<Depends>,
     insts: Vec<Inst>,
+    intervals: Vec<Interval>,
 }
 
 /// How often the hashes of carried registers' reads are computed from those of the last time.
@@ -35,16 +38,29 @@ const REFINEMENTS: usize = 2;
 /// Orders every block; whether anything changed.
 pub fn run(program: &mut Program, sorter: &mut Sorter, sweeper: &mut Sweeper) -> bool {
     let mut changed = dce::run(program, sweeper);
-    let iter2 = program.first.as_ref().map_or([0; 5], |first| sorter.hash_loop(first, [1; 5], [0; 5]));
+    let iter2 = program.first.as_ref().map_or([0; 5], |first| {
+        sorter.find_intervals(&first.body, &leaves(first, program));
+        sorter.hash_loop(first, [1; 5], [0; 5])
+    });
     // The answer is register a, whose number therefore stays.
     let mut numbers = Numbers::default();
     numbers.give(0);
     let mut of_first = Numbers::default();
-    changed |= sorter.sort_loop(&mut program.second, [1, 0, 0, 0, 0], iter2, numbers, &mut of_first);
-    if let Some(first) = &mut program.first {
-        changed |= sorter.sort_loop(first, [1; 5], [0; 5], of_first, &mut Numbers::default());
+    let of_second = leaves(&program.second, program);
+    changed |=
+        sorter.sort_loop(&mut program.second, &of_second, [1, 0, 0, 0, 0], iter2, numbers, &mut of_first);
+    let of_body = program.first.as_ref().map(|first| leaves(first, program));
+    if let (Some(first), Some(of_body)) = (&mut program.first, of_body) {
+        changed |= sorter.sort_loop(first, &of_body, [1; 5], [0; 5], of_first, &mut Numbers::default());
     }
     changed
+}
+
+/// What is known of a loop's leaves by themselves: enough to see which minima and maxima may exchange operands.
+fn leaves(l: &Loop, program: &Program) -> Leaves {
+    let mut leaves = Leaves::new(l, program.width, program.height, [Interval::ANY; 5]);
+    leaves.enter(Interval::ANY, program.width);
+    leaves
 }
 
 /// New numbers of carried registers, given in the order of asking.
@@ -75,6 +91,7 @@ impl Sorter {
     fn sort_loop(
         &mut self,
         l: &mut Loop,
+        leaves: &Leaves,
         outputs: [u64; 5],
         iter2: [u64; 5],
         mut numbers: Numbers,
@@ -83,6 +100,7 @@ impl Sorter {
         let column = &mut l.column;
         let mut changed = false;
         if column.block.len() > 1 || column.as_leaf().is_some_and(|leaf| matches!(leaf, Leaf::Iter2(_))) {
+            self.find_intervals(&column.block, leaves);
             self.hash(&column.block, &[0; 5], &iter2);
             self.start(column.block.len());
             self.visit(&column.block, column.result, &mut numbers, of_first);
@@ -91,6 +109,7 @@ impl Sorter {
             changed |= std::mem::replace(&mut column.result, result) != result;
         }
 
+        self.find_intervals(&l.body, leaves);
         self.hash_loop(l, outputs, iter2);
         self.start(l.body.len());
         // First the results, then what they read as they come to it, then what the break adds.
@@ -119,6 +138,22 @@ impl Sorter {
         changed | (before != (l.next, l.break_if, l.invariant_end, l.uniform_end))
     }
 
+    /// Finds the block's intervals if they matter.
+    fn find_intervals(&mut self, block: &Block, leaves: &Leaves) {
+        if block.insts().iter().any(|inst| matches!(inst.op(), Op::Min | Op::Max)) {
+            ranges::run(block, leaves, &mut self.intervals);
+        }
+    }
+
+    /// Whether the first two operands may change places.
+    fn may_exchange(&self, inst: &Inst) -> bool {
+        let interval = |i: usize| self.intervals[inst.args()[i].index()];
+        match inst.op() {
+            Op::Min | Op::Max => interval(0).equal_is_same(interval(1)),
+            op => op.is_commutative(),
+        }
+    }
+
     /// Computes the hash of each register.
     fn hash(&mut self, block: &Block, reads: &[u64; 5], iter2: &[u64; 5]) {
         self.hashes.clear();
@@ -131,7 +166,7 @@ impl Sorter {
                 Op::Read => mix(2, reads[inst.imm() as usize]),
                 Op::Iter2 => mix(3, iter2[inst.imm() as usize]),
                 op => {
-                    if op.is_commutative() && args[0] > args[1] {
+                    if args[0] > args[1] && self.may_exchange(inst) {
                         args.swap(0, 1);
                     }
                     let own = (op as u64) << 32 | u64::from(inst.imm());
@@ -168,7 +203,7 @@ impl Sorter {
     fn operands(&self, block: &Block, inst: &Inst) -> [Reg; 3] {
         let mut args = [Reg(0); 3];
         args[..inst.args().len()].copy_from_slice(inst.args());
-        if inst.op().is_commutative() {
+        if self.may_exchange(inst) {
             let key = |reg: Reg| (is_constant(&block.insts()[reg.index()]), self.hashes[reg.index()]);
             if key(args[0]) > key(args[1]) {
                 args.swap(0, 1);
