@@ -125,6 +125,10 @@ rules! {
     "and not or, right": And(not(&[P]), Pattern::Op(Op::Or, &[Q, P])) => Pattern::Op(Op::And, &[not(&[P]), Q]);
     "and or before not, left": And(Pattern::Op(Op::Or, &[P, Q]), not(&[P])) => Pattern::Op(Op::And, &[not(&[P]), Q]);
     "and or before not, right": And(Pattern::Op(Op::Or, &[Q, P]), not(&[P])) => Pattern::Op(Op::And, &[not(&[P]), Q]);
+    "and not and, left": And(P, not(&[Pattern::Op(Op::And, &[P, Q])])) => Pattern::Op(Op::And, &[P, not(&[Q])]);
+    "and not and, right": And(P, not(&[Pattern::Op(Op::And, &[Q, P])])) => Pattern::Op(Op::And, &[P, not(&[Q])]);
+    "and neither, left": And(P, not(&[Pattern::Op(Op::Or, &[P, Q])])) => Truth(false);
+    "and neither, right": And(P, not(&[Pattern::Op(Op::Or, &[Q, P])])) => Truth(false);
     "or itself": Or(P, P) => P;
     "or false": Or(P, Truth(false)) => P;
     "or not": Or(P, not(&[P])) => Truth(true);
@@ -142,7 +146,15 @@ rules! {
     "or not and, right": Or(not(&[P]), Pattern::Op(Op::And, &[Q, P])) => Pattern::Op(Op::Or, &[not(&[P]), Q]);
     "or and before not, left": Or(Pattern::Op(Op::And, &[P, Q]), not(&[P])) => Pattern::Op(Op::Or, &[not(&[P]), Q]);
     "or and before not, right": Or(Pattern::Op(Op::And, &[Q, P]), not(&[P])) => Pattern::Op(Op::Or, &[not(&[P]), Q]);
+    "or not or, left": Or(P, not(&[Pattern::Op(Op::Or, &[P, Q])])) => Pattern::Op(Op::Or, &[P, not(&[Q])]);
+    "or not or, right": Or(P, not(&[Pattern::Op(Op::Or, &[Q, P])])) => Pattern::Op(Op::Or, &[P, not(&[Q])]);
+    "or not both, left": Or(P, not(&[Pattern::Op(Op::And, &[P, Q])])) => Truth(true);
+    "or not both, right": Or(P, not(&[Pattern::Op(Op::And, &[Q, P])])) => Truth(true);
     "not not": Not(not(&[P])) => P;
+    "negated or, left": Not(Pattern::Op(Op::Or, &[not(&[P]), Q])) => Pattern::Op(Op::And, &[P, not(&[Q])]);
+    "negated or, right": Not(Pattern::Op(Op::Or, &[P, not(&[Q])])) => Pattern::Op(Op::And, &[Q, not(&[P])]);
+    "negated and, left": Not(Pattern::Op(Op::And, &[not(&[P]), Q])) => Pattern::Op(Op::Or, &[P, not(&[Q])]);
+    "negated and, right": Not(Pattern::Op(Op::And, &[P, not(&[Q])])) => Pattern::Op(Op::Or, &[Q, not(&[P])]);
 }
 
 /// The rows of each operation: `RULES[START[op]..]` while the operation is the same.
