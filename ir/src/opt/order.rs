@@ -38,29 +38,39 @@ const REFINEMENTS: usize = 2;
 /// Orders every block; whether anything changed.
 pub fn run(program: &mut Program, sorter: &mut Sorter, sweeper: &mut Sweeper) -> bool {
     let mut changed = dce::run(program, sweeper);
+    // What may exchange its operands shows in the intervals; nobody asks for them in most programs.
+    let asks = program.loops().flat_map(|l| [&l.body, &l.column.block]).any(chooses);
+    let of_first =
+        program.first.as_ref().filter(|_| asks).map(|l| sorter.leaves(l, program, [Interval::ANY; 5]));
+    let finals = match (&program.first, &of_first) {
+        (Some(first), Some(leaves)) => {
+            ranges::run(&first.body, leaves, &mut sorter.intervals);
+            first.next.map(|next| next.map_or(Interval::ZERO, |reg| sorter.intervals[reg.index()]))
+        }
+        _ => [Interval::ANY; 5],
+    };
+    let of_second = asks.then(|| sorter.leaves(&program.second, program, finals));
+
     let iter2 = program.first.as_ref().map_or([0; 5], |first| {
-        sorter.find_intervals(&first.body, &leaves(first, program));
+        sorter.find_intervals(&first.body, of_first.as_ref());
         sorter.hash_loop(first, [1; 5], [0; 5])
     });
     // The answer is register a, whose number therefore stays.
-    let mut numbers = Numbers::default();
-    numbers.give(0);
-    let mut of_first = Numbers::default();
-    let of_second = leaves(&program.second, program);
-    changed |=
-        sorter.sort_loop(&mut program.second, &of_second, [1, 0, 0, 0, 0], iter2, numbers, &mut of_first);
-    let of_body = program.first.as_ref().map(|first| leaves(first, program));
-    if let (Some(first), Some(of_body)) = (&mut program.first, of_body) {
-        changed |= sorter.sort_loop(first, &of_body, [1; 5], [0; 5], of_first, &mut Numbers::default());
+    let mut answer = Numbers::default();
+    answer.give(0);
+    let mut asked = Numbers::default();
+    let second = &mut program.second;
+    changed |= sorter.sort_loop(second, of_second.as_ref(), [1, 0, 0, 0, 0], iter2, answer, &mut asked);
+    if let Some(first) = &mut program.first {
+        let nothing = &mut Numbers::default();
+        changed |= sorter.sort_loop(first, of_first.as_ref(), [1; 5], [0; 5], asked, nothing);
     }
     changed
 }
 
-/// What is known of a loop's leaves by themselves: enough to see which minima and maxima may exchange operands.
-fn leaves(l: &Loop, program: &Program) -> Leaves {
-    let mut leaves = Leaves::new(l, program.width, program.height, [Interval::ANY; 5]);
-    leaves.enter(Interval::ANY, program.width);
-    leaves
+/// Whether a block has a minimum or maximum.
+fn chooses(block: &Block) -> bool {
+    block.insts().iter().any(|inst| matches!(inst.op(), Op::Min | Op::Max))
 }
 
 /// New numbers of carried registers, given in the order of asking.
@@ -91,7 +101,7 @@ impl Sorter {
     fn sort_loop(
         &mut self,
         l: &mut Loop,
-        leaves: &Leaves,
+        leaves: Option<&Leaves>,
         outputs: [u64; 5],
         iter2: [u64; 5],
         mut numbers: Numbers,
@@ -138,9 +148,18 @@ impl Sorter {
         changed | (before != (l.next, l.break_if, l.invariant_end, l.uniform_end))
     }
 
+    /// The intervals of a loop's leaves.
+    fn leaves(&mut self, l: &Loop, program: &Program, iter2: [Interval; 5]) -> Leaves {
+        let mut leaves = Leaves::new(l, program.width, program.height, iter2);
+        ranges::run(&l.column.block, &leaves, &mut self.intervals);
+        leaves.enter(self.intervals[l.column.result.index()], program.width);
+        leaves.find_reads(l, &mut self.intervals);
+        leaves
+    }
+
     /// Finds the block's intervals if they matter.
-    fn find_intervals(&mut self, block: &Block, leaves: &Leaves) {
-        if block.insts().iter().any(|inst| matches!(inst.op(), Op::Min | Op::Max)) {
+    fn find_intervals(&mut self, block: &Block, leaves: Option<&Leaves>) {
+        if let Some(leaves) = leaves.filter(|_| chooses(block)) {
             ranges::run(block, leaves, &mut self.intervals);
         }
     }
