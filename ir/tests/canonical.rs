@@ -164,6 +164,46 @@ fn columns_are_tried() {
 }
 
 #[test]
+fn long_chains_need_little_stack() {
+    // Choices within choices that one side decides, and negations of alternatives, 20,000 deep.
+    let mut b = Builder::new();
+    let limit = b.leaf(Leaf::Const(-5.0));
+    let window = b.leaf(Leaf::Window(vsonar_ir::Operand::all().next().expect("there are some")));
+    let y = b.leaf(Leaf::Y);
+    let mask = b.push(Op::Le, &[window, y]).expect("well typed");
+    let (mut chosen, mut all) = (limit, mask);
+    for i in 0..20_000 {
+        let threshold = b.leaf(Leaf::Const(i as f32 / 100.0));
+        let own = b.push(Op::Le, &[window, threshold]).expect("well typed");
+        chosen = b.push(Op::Select, &[own, chosen, limit]).expect("well typed");
+        let other = b.push(Op::Not, &[all]).expect("well typed");
+        all = b.push(Op::Or, &[other, own]).expect("well typed");
+    }
+    let above = b.push(Op::Lt, &[window, chosen]).expect("well typed");
+    let none = b.push(Op::Not, &[all]).expect("well typed");
+    let either = b.push(Op::And, &[above, none]).expect("well typed");
+    let result = b.push(Op::Select, &[either, window, y]).expect("well typed");
+    let mut column = Builder::new();
+    let own = column.leaf(Leaf::XObstacle);
+    let parts = LoopParts {
+        direction: vsonar_ir::Direction::Down,
+        rect: vsonar_ir::Rect::default(),
+        span: vsonar_ir::Span::All,
+        column: column.finish(),
+        column_result: own,
+        body: b.finish(),
+        invariant: 0,
+        uniform: 0,
+        next: [Some(result), None, None, None, None],
+        break_if: Some(all),
+    };
+    let program = Program::new(WIDTH, HEIGHT, None, parts).expect("well formed");
+    let small = std::thread::Builder::new().stack_size(256 << 10);
+    let optimised = small.spawn(move || opt::optimise(&program)).expect("a thread").join().expect("no panic");
+    assert!(!optimised.is_empty());
+}
+
+#[test]
 fn a_second_loop_that_only_repeats_the_first_is_dropped() {
     let first = "loop 1 up 3x3\ncolumn\n  v0 = x-obstacle\n  result v0\nbody\n  varying\n    v0 = read c\n    v1 = window raw\n    v2 = add v0 v1\n  next c v2\n";
     let second = "loop 2 down 5x5\ncolumn\n  v0 = const 7\n  result v0\nbody\n  invariant\n    v0 = iter2 c\n  next a v0\n";

@@ -151,10 +151,6 @@ rules! {
     "or not both, left": Or(P, not(&[Pattern::Op(Op::And, &[P, Q])])) => Truth(true);
     "or not both, right": Or(P, not(&[Pattern::Op(Op::And, &[Q, P])])) => Truth(true);
     "not not": Not(not(&[P])) => P;
-    "negated or, left": Not(Pattern::Op(Op::Or, &[not(&[P]), Q])) => Pattern::Op(Op::And, &[P, not(&[Q])]);
-    "negated or, right": Not(Pattern::Op(Op::Or, &[P, not(&[Q])])) => Pattern::Op(Op::And, &[Q, not(&[P])]);
-    "negated and, left": Not(Pattern::Op(Op::And, &[not(&[P]), Q])) => Pattern::Op(Op::Or, &[P, not(&[Q])]);
-    "negated and, right": Not(Pattern::Op(Op::And, &[P, not(&[Q])])) => Pattern::Op(Op::Or, &[Q, not(&[P])]);
 }
 
 /// The rows of each operation: `RULES[START[op]..]` while the operation is the same.

@@ -10,18 +10,14 @@ use crate::opt::interval::Interval;
 use crate::opt::simplify::Writer;
 use crate::program::{Inst, Reg};
 
-/// How many choices may stand inside each other; what is deeper stays as it is.
-const MAX_DEPTH: usize = 32;
-
 /// The register that stands for an operation on a choice, if it can be taken apart.
 pub fn apply(writer: &mut Writer, inst: &Inst) -> Option<Reg> {
     let chooses = |reg: &Reg| writer.inst(*reg).op() == Op::Select;
-    if inst.op() == Op::Select || writer.depth >= MAX_DEPTH {
+    if inst.op() == Op::Select {
         return None;
     }
     let position = inst.args().iter().position(chooses)?;
-    writer.depth += 1;
-    let found = match inst.op() {
+    match inst.op() {
         Op::Lt | Op::Le | Op::Eq => {
             let other = |writer: &Writer, i: usize| writer.inst(inst.args()[i]).op() == Op::Select;
             let first = compare(writer, inst, position);
@@ -33,9 +29,7 @@ pub fn apply(writer: &mut Writer, inst: &Inst) -> Option<Reg> {
             }
         }
         _ => constants(writer, inst, position),
-    };
-    writer.depth -= 1;
-    found
+    }
 }
 
 /// The instruction with another operand.

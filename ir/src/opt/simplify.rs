@@ -64,6 +64,9 @@ impl Same {
     }
 }
 
+/// How many rewrites may follow from each other; what would take more stays as it is.
+const MAX_DEPTH: usize = 64;
+
 /// A block being written, with what is known of its registers.
 #[derive(Debug, Default)]
 pub struct Writer {
@@ -75,8 +78,8 @@ pub struct Writer {
     pub leaves: Leaves,
     /// Space for intervals of other blocks.
     pub scratch: Vec<Interval>,
-    /// How many choices are being taken apart, one inside the other.
-    pub depth: usize,
+    /// How many rewrites are under way, each for the sake of the one before.
+    depth: usize,
 }
 
 impl Writer {
@@ -155,11 +158,13 @@ impl Writer {
         if inst.op() == Op::PDiv && !self.value(inst.args()[1]).may_be_zero() {
             return self.push(Inst::new(Op::Div, [inst.args()[0], inst.args()[1], Reg(0)], 0));
         }
-        if let Some(reg) = algebra::apply(self, &inst) {
-            return reg;
-        }
-        if let Some(reg) = choice::apply(self, &inst) {
-            return reg;
+        if self.depth < MAX_DEPTH {
+            self.depth += 1;
+            let rewritten = algebra::apply(self, &inst).or_else(|| choice::apply(self, &inst));
+            self.depth -= 1;
+            if let Some(reg) = rewritten {
+                return reg;
+            }
         }
         self.append(inst, value)
     }
