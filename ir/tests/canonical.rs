@@ -171,7 +171,7 @@ fn long_chains_need_little_stack() {
     let window = b.leaf(Leaf::Window(vsonar_ir::Operand::all().next().expect("there are some")));
     let y = b.leaf(Leaf::Y);
     let mask = b.push(Op::Le, &[window, y]).expect("well typed");
-    let (mut chosen, mut all) = (limit, mask);
+    let (mut chosen, mut all) = (y, mask);
     for i in 0..20_000 {
         let threshold = b.leaf(Leaf::Const(i as f32 / 100.0));
         let own = b.push(Op::Le, &[window, threshold]).expect("well typed");

@@ -1,11 +1,13 @@
 //! Intervals never exclude a value that an operation gives, nor a leaf: every operation on special values and on
 //! random ones, with intervals that are as narrow as their operands allow and wider ones.
 
+use vsonar_ir::builder::LoopParts;
 use vsonar_ir::generate::{self, Random, SPECIAL};
 use vsonar_ir::machine::Scalar;
 use vsonar_ir::op::Value;
 use vsonar_ir::opt::interval::Interval;
-use vsonar_ir::{Leaf, Op, Operand, Rect, Ty};
+use vsonar_ir::opt::ranges::Leaves;
+use vsonar_ir::{Builder, Direction, Leaf, Op, Operand, Program, Rect, Span, Ty};
 
 /// The narrowest interval around some values.
 fn hull(values: &[f32]) -> Interval {
@@ -192,17 +194,42 @@ fn monotone_operations_lose_nothing_but_rounding() {
     assert_eq!(infer(Op::Lt, of(0.0, 2.0), of(2.0, 4.0)), Interval::MASK);
 }
 
+/// What the optimiser takes a window operand's range to be in a loop with this rectangle.
+fn window_interval(rect: Rect, operand: Operand) -> Interval {
+    let (mut column, mut body) = (Builder::new(), Builder::new());
+    let column_result = column.leaf(Leaf::XObstacle);
+    body.leaf(Leaf::Window(operand));
+    let parts = LoopParts {
+        direction: Direction::Up,
+        rect,
+        span: Span::All,
+        column: column.finish(),
+        column_result,
+        body: body.finish(),
+        invariant: 0,
+        uniform: 0,
+        next: [None; 5],
+        break_if: None,
+    };
+    let program = Program::new(40, 24, None, parts).expect("well formed");
+    Leaves::new(program.second(), 40, 24, [Interval::ANY; 5]).of(Leaf::Window(operand))
+}
+
 #[test]
 fn no_window_exceeds_the_largest_average() {
     for operand in Operand::all() {
         for rect in Rect::all() {
             let largest = rect.largest_average(operand);
+            let interval = window_interval(rect, operand);
             let area = u64::from(rect.area());
-            // The sums just below the largest are where rounding could go astray.
-            for less in 0..2000 {
-                let sum = operand.max() * area - less.min(operand.max() * area);
-                assert!(sum as f32 / area as f32 <= largest, "{} {rect} {sum}", operand.name());
+            let all = operand.max() * area;
+            // Where ranges end, and at the upper end rounding could go astray.
+            for sum in (0..2000).flat_map(|i| [i.min(all), all - i.min(all)]) {
+                let average = sum as f32 / area as f32;
+                let holds = average <= largest && interval.contains(average);
+                assert!(holds, "{} {rect} {sum}: {average} outside {interval:?}", operand.name());
             }
+            assert!(interval.contains(largest) && !interval.contains(largest.next_up()));
         }
     }
     let mut random = Random::new(1);
