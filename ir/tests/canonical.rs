@@ -84,6 +84,18 @@ fn the_way_a_program_is_written_does_not_matter() {
 }
 
 #[test]
+fn carried_registers_are_told_apart_by_what_they_are_set_to() {
+    let of = |first: &str, second: &str| {
+        let body = format!(
+            "    v0 = read {first}\n    v1 = read {second}\n    v2 = mul v0 v1\n    v3 = window raw\n    v4 = window median\n  next a v2\n  next b v3\n  next c v4\n"
+        );
+        optimised("down 3x3", OWN, &body)
+    };
+    assert_eq!(of("b", "c"), of("c", "b"));
+    assert_ne!(of("b", "c"), of("b", "b"));
+}
+
+#[test]
 fn an_optimiser_remembers_nothing_that_matters() {
     let mut kept = Optimiser::default();
     for seed in 0..3000 {

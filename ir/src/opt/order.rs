@@ -5,9 +5,9 @@
 //! Each instruction has a hash of what it computes. Operands of a commutative operation stand in the order of
 //! their hashes, constants last; instructions stand in the order in which a depth-first walk from the results
 //! leaves them (so operands close to their use), region by region. Carried registers are numbered in the order in
-//! which that walk meets them; the hash of a carried register's read is that of what the register is set to, two
-//! steps back, which their numbers have no part in. A hash that two different instructions share costs nothing
-//! but the chance of being found equal.
+//! which that walk meets them; so that their numbers have no part in the hashes, a read's hash is that of what the
+//! register is set to, in which in turn all reads count as one. A hash that two different instructions share costs
+//! nothing but the chance of being found equal.
 //!
 //! What is dead is removed first: it has no place in a walk from the results.
 
@@ -31,9 +31,6 @@ pub struct Sorter {
     insts: Vec<Inst>,
     intervals: Vec<Interval>,
 }
-
-/// How often the hashes of carried registers' reads are computed from those of the last time.
-const REFINEMENTS: usize = 2;
 
 /// Orders every block; whether anything changed.
 pub fn run(program: &mut Program, sorter: &mut Sorter, sweeper: &mut Sweeper) -> bool {
@@ -199,9 +196,7 @@ impl Sorter {
     /// Computes the hash of each register of a body; those of what the carried registers are set to.
     fn hash_loop(&mut self, l: &Loop, outputs: [u64; 5], iter2: [u64; 5]) -> [u64; 5] {
         self.hash(&l.body, &outputs, &iter2);
-        let refinements =
-            if l.body.insts().iter().any(|inst| inst.op() == Op::Read) { REFINEMENTS } else { 0 };
-        for _ in 0..refinements {
+        if l.body.insts().iter().any(|inst| inst.op() == Op::Read) {
             let reads = std::array::from_fn(|k| mix(outputs[k], self.final_hash(l, k)));
             self.hash(&l.body, &reads, &iter2);
         }
