@@ -183,7 +183,7 @@ impl Writer {
         match inst.op() {
             Op::Select | Op::ISelect => {
                 let chosen = value(0);
-                (chosen.lo == chosen.hi).then(|| if chosen.lo == 1.0 { 1 } else { 2 })
+                (chosen.lo == chosen.hi).then_some(if chosen.lo == 1.0 { 1 } else { 2 })
             }
             Op::Min => {
                 let (a, b) = (value(0), value(1));
