@@ -26,24 +26,26 @@ use crate::tree::{Individual, Node, Tree};
 /// # Panics
 /// If there cannot be programs for images of this size ([`Program::fits`]).
 pub fn lower(individual: &Individual, width: u32, height: u32) -> Program {
+    assert!(Program::fits(width, height), "no program is for images of {width}x{height} pixels");
     let loop_of = |tree: &Tree| lower_tree(tree, width, height);
-    Program::new(width, height, individual.first().map(loop_of), loop_of(individual.second()))
-        .unwrap_or_else(|fault| panic!("lowering made a malformed program: {fault}"))
+    // The builder checks every instruction; the whole is verified in debug builds.
+    Program::vouched(width, height, individual.first().map(loop_of), loop_of(individual.second()))
 }
 
 fn lower_tree(tree: &Tree, width: u32, height: u32) -> LoopParts {
-    let writer = || Writer {
-        builder: Builder::new(),
+    // A node is an instruction or less, but that an `if-le` merges what its branches set.
+    let writer = |nodes: usize| Writer {
+        builder: Builder::with_capacity(nodes + nodes / 2 + 8),
         rect: tree.rect(),
         image_max: [width - 1, height - 1],
         registers: [Reg(0); 5],
         running: Running::All,
     };
 
-    let mut column = writer();
+    let mut column = writer(tree.column().len());
     let column_result = column.expression(&mut tree.column().iter());
 
-    let mut body = writer();
+    let mut body = writer(tree.body().len());
     body.registers = std::array::from_fn(|k| body.builder.leaf(Leaf::Read(k as u8)));
     body.expression(&mut tree.body().iter());
     let break_if = match body.running {

@@ -75,6 +75,11 @@ impl Builder {
         Builder::default()
     }
 
+    /// An empty block with room for so many instructions.
+    pub fn with_capacity(count: usize) -> Builder {
+        Builder { insts: Vec::with_capacity(count) }
+    }
+
     /// Appends a leaf.
     pub fn leaf(&mut self, leaf: Leaf) -> Reg {
         let (op, imm) = leaf.encode();
@@ -227,7 +232,20 @@ impl Program {
         Ok(program)
     }
 
-    /// Puts a program together that its maker vouches for; debug builds verify it all the same.
+    /// Puts a program together whose maker vouches for it; debug builds verify it all the same.
+    ///
+    /// # Panics
+    /// In debug builds, if the program is malformed. In others whoever uses it may panic.
+    pub fn vouched(width: u32, height: u32, first: Option<LoopParts>, second: LoopParts) -> Program {
+        let program = Program::assemble(width, height, first, second);
+        if cfg!(debug_assertions)
+            && let Err(fault) = verify::verify(&program)
+        {
+            panic!("a malformed program was vouched for: {fault}\n{program}");
+        }
+        program
+    }
+
     pub(crate) fn assemble(width: u32, height: u32, first: Option<LoopParts>, second: LoopParts) -> Program {
         Program { width, height, first: first.map(LoopParts::build), second: second.build() }
     }

@@ -190,11 +190,15 @@ pub fn windows(seed: u64) -> impl Fn(crate::WindowAt) -> f32 {
     move |at| {
         let place = (u64::from(at.x) << 32 | u64::from(at.y)) ^ (u64::from(at.operand.index()) << 58);
         let bits = Random::new(seed ^ place ^ (at.rect.index() as u64) << 24).bits();
-        let max = u64::from(at.operand.operator.max());
-        let max = if at.operand.moment == crate::Moment::MeanSquare { max * max } else { max };
         let area = u64::from(at.rect.area());
-        // A sum over the window, divided as the language does; often zero, for the protected divisions.
-        let sum = if bits >> 60 == 0 { 0 } else { bits % (max * area + 1) };
+        let largest = at.operand.max() * area;
+        // A sum over the window, divided as the language does; often zero, for the protected divisions, and at
+        // times the largest there is.
+        let sum = match bits >> 60 {
+            0 => 0,
+            1 => largest,
+            _ => bits % (largest + 1),
+        };
         sum as f32 / area as f32
     }
 }

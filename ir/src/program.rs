@@ -33,6 +33,12 @@ impl Inst {
         Inst { op, args, imm }
     }
 
+    /// The instruction of a leaf.
+    pub(crate) fn of(leaf: Leaf) -> Inst {
+        let (op, imm) = leaf.encode();
+        Inst::new(op, [Reg(0); 3], imm)
+    }
+
     /// The operation.
     pub const fn op(&self) -> Op {
         self.op
@@ -49,9 +55,33 @@ impl Inst {
     }
 
     /// What the instruction stands for, if it is a leaf.
+    #[inline]
     pub fn leaf(&self) -> Option<Leaf> {
-        Leaf::decode(self.op, self.imm)
+        if self.op.is_leaf() { Leaf::decode(self.op, self.imm) } else { None }
     }
+
+    /// The instruction with its operands where `map` says they are.
+    pub(crate) fn renumber(&self, map: &[Reg]) -> Inst {
+        let mut inst = *self;
+        for arg in &mut inst.args[..self.op.operands().len()] {
+            *arg = map[arg.index()];
+        }
+        inst
+    }
+
+    /// A hash for tables, well mixed in its upper half.
+    pub(crate) const fn mix(&self) -> u64 {
+        let a = (self.op as u64) << 56 ^ (self.args[0].0 as u64) << 28 ^ self.args[1].0 as u64;
+        let b = (self.args[2].0 as u64) << 32 ^ self.imm as u64;
+        mix(mix(0, a), b)
+    }
+}
+
+/// One step of a hash of 64-bit words (a 128-bit product, folded).
+pub(crate) const fn mix(hash: u64, word: u64) -> u64 {
+    const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
+    let product = ((hash ^ word) as u128 + 1) * ODD as u128;
+    (product as u64) ^ (product >> 64) as u64
 }
 
 /// A straight line of instructions; instruction i defines register i, from registers below i.
@@ -68,6 +98,11 @@ impl Block {
     /// The instructions in order.
     pub fn insts(&self) -> &[Inst] {
         &self.insts
+    }
+
+    /// The instructions, for passes to rewrite in place.
+    pub(crate) const fn insts_mut(&mut self) -> &mut Vec<Inst> {
+        &mut self.insts
     }
 
     /// The instruction that defines a register.
@@ -188,6 +223,13 @@ impl Column {
         self.result
     }
 
+    /// Makes a leaf the whole expression.
+    pub(crate) fn set(&mut self, leaf: Leaf) {
+        self.block.insts.clear();
+        self.block.insts.push(Inst::of(leaf));
+        self.result = Reg(0);
+    }
+
     /// The leaf that the whole expression is, if it is one.
     pub fn as_leaf(&self) -> Option<Leaf> {
         self.block.inst(self.result).leaf()
@@ -293,6 +335,12 @@ impl Loop {
         });
         let bits = used.fold(0u32, |bits, index| bits | 1 << index);
         Operand::all().filter(|o| bits >> o.index() & 1 == 1).collect()
+    }
+
+    /// Says where the body's results are now.
+    pub(crate) fn renumber_results(&mut self, map: &[Reg]) {
+        self.next = self.next.map(|next| next.map(|reg| map[reg.index()]));
+        self.break_if = self.break_if.map(|reg| map[reg.index()]);
     }
 
     /// The first loop's final registers that the column expression or the body reads, by number.

@@ -19,8 +19,8 @@ pub struct Outcome {
     pub positions: [u32; 2],
 }
 
-/// The answer of the program in the column `x_obstacle` (in pixels: finite and at least +0, as the optimiser may
-/// assume) of the image behind `windows`: a row.
+/// The answer of the program in the column `x_obstacle` (in pixels: a whole number from +0 to the image's width
+/// less 1, as the optimiser assumes) of the image behind `windows`: a row.
 pub fn answer<W: Windows + ?Sized>(program: &Program, windows: &W, x_obstacle: f32) -> f32 {
     run(program, windows, x_obstacle).second[0]
 }

@@ -101,6 +101,15 @@ impl Operand {
         Some(Operand { operator: Operator::ALL[index as usize / 2], moment })
     }
 
+    /// The largest value averaged: the operator's, or its square.
+    pub const fn max(self) -> u64 {
+        let max = self.operator.max() as u64;
+        match self.moment {
+            Moment::Mean => max,
+            Moment::MeanSquare => max * max,
+        }
+    }
+
     /// The name in program text: the operator's, with `-sq` for the average of squares.
     pub const fn name(self) -> &'static str {
         const NAMES: [&str; Operand::COUNT] = [
@@ -130,8 +139,8 @@ impl Operand {
     }
 }
 
-/// A rectangle size, one of the nineteen of the language. Sizes are in pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+/// A rectangle size, one of the nineteen of the language (the first, 2x2, by default). Sizes are in pixels.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Rect(u8);
 
 const SIZES: [(u8, u8); Rect::COUNT] = [
@@ -232,6 +241,13 @@ impl Rect {
     pub const fn positions(self, height: u32) -> u32 {
         height - self.height() + 1
     }
+
+    /// The largest average there is: that of a window full of the operator's largest value
+    /// ([`Operand::max`]), its sum rounded to binary32 and divided by the area. Both steps are monotone, so no
+    /// window exceeds it, though for squares it may lie beside the largest value itself.
+    pub const fn largest_average(self, operand: Operand) -> f32 {
+        (operand.max() * self.area() as u64) as f32 / self.area() as f32
+    }
 }
 
 impl std::fmt::Display for Rect {
@@ -255,8 +271,8 @@ pub struct WindowAt {
 
 /// What answers for window averages: an image's window sums, or any function in tests.
 pub trait Windows {
-    /// The average over the window, finite and at least +0 (the optimiser relies on it). The rectangle lies wholly
-    /// inside the image.
+    /// The average over the window: +0, or from 1 / area, rounded, to [`Rect::largest_average`], as the average of
+    /// whole numbers is. The optimiser relies on it. The rectangle lies wholly inside the image.
     fn average(&self, at: WindowAt) -> f32;
 }
 

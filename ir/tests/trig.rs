@@ -318,3 +318,24 @@ fn huge_arguments_stay_defined() {
         }
     }
 }
+
+#[test]
+fn tangents_are_bounded_and_arc_tangents_shrink() {
+    // Beside the poles, where the tangent is largest.
+    let mut largest = 0.0f32;
+    for k in (1..5216).step_by(2) {
+        let pole = ((f64::from(k) * consts::FRAC_PI_2) as f32).to_bits();
+        for bits in pole - 40..=pole + 40 {
+            let x = f32::from_bits(bits);
+            if x <= trig::TAN_REDUCED {
+                largest = largest.max(tan(x).abs()).max(tan(-x).abs());
+                assert!(largest <= trig::TAN_LARGEST, "{x:e}: {largest:e}");
+            }
+        }
+    }
+    assert!(largest > 0.9 * trig::TAN_LARGEST, "the bound could be lower: {largest:e}");
+    each_argument(31, |x| {
+        let fine = x.is_nan() || atan(x).abs() <= x.abs();
+        if fine { Ok(()) } else { Err(format!("its arc tangent is {:e}", atan(x))) }
+    });
+}

@@ -3,10 +3,11 @@
 //! All of them give the same bits. `tree` walks the individual itself, straight from the specification, and is
 //! the judge of what a program means; the others start from the lowered, optimised IR program.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 use std::time::Duration;
 
 use vsonar_ir::Program;
+use vsonar_ir::opt::Optimiser;
 
 use crate::tree::Individual;
 use crate::vision::CaseSet;
@@ -27,14 +28,26 @@ pub struct Candidate<'a> {
     individual: &'a Individual,
     width: u32,
     height: u32,
-    program: OnceCell<Program>,
-    lowering: OnceCell<Duration>,
+    lowered: OnceCell<Lowered>,
+}
+
+/// What lowering and optimising gave.
+#[derive(Debug)]
+struct Lowered {
+    program: Program,
+    operations_before: usize,
+    time: Duration,
+}
+
+thread_local! {
+    /// The thread's optimiser, for the space it works in.
+    static OPTIMISER: RefCell<Optimiser> = RefCell::default();
 }
 
 impl<'a> Candidate<'a> {
     /// A candidate for images of `width` x `height` pixels.
     pub fn new(individual: &'a Individual, width: u32, height: u32) -> Candidate<'a> {
-        Candidate { individual, width, height, program: OnceCell::new(), lowering: OnceCell::new() }
+        Candidate { individual, width, height, lowered: OnceCell::new() }
     }
 
     /// Width and height of the images, in pixels.
@@ -52,18 +65,33 @@ impl<'a> Candidate<'a> {
     /// # Panics
     /// If there cannot be programs for images of the candidate's size ([`Program::fits`]).
     pub fn program(&self) -> &Program {
-        self.program.get_or_init(|| {
+        &self.lowered().program
+    }
+
+    /// How many operations of the program were live before the optimiser, to compare with
+    /// [`Program::operations`] after it.
+    ///
+    /// # Panics
+    /// As [`Candidate::program`].
+    pub fn operations_before(&self) -> usize {
+        self.lowered().operations_before
+    }
+
+    fn lowered(&self) -> &Lowered {
+        self.lowered.get_or_init(|| {
             let start = std::time::Instant::now();
-            let program =
-                vsonar_ir::opt::optimise(&crate::lower::lower(self.individual, self.width, self.height));
-            let _ = self.lowering.set(start.elapsed());
-            program
+            let program = crate::lower::lower(self.individual, self.width, self.height);
+            let (program, operations_before) = OPTIMISER.with_borrow_mut(|optimiser| {
+                let program = optimiser.optimise(program);
+                (program, optimiser.live_operations())
+            });
+            Lowered { program, operations_before, time: start.elapsed() }
         })
     }
 
     /// The time lowering and optimising took, zero if it was not done.
     pub fn lowering(&self) -> Duration {
-        self.lowering.get().copied().unwrap_or_default()
+        self.lowered.get().map_or(Duration::ZERO, |lowered| lowered.time)
     }
 }
 

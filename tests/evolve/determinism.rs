@@ -106,7 +106,7 @@ fn interrupted_within_generations_equals_uninterrupted() {
     drop(RunFolder::create(&parts, &settings(), &toml::Table::new()).expect("a fresh folder"));
     let mut interruptions = 0;
     // The flag is raised after ever more individuals; a process that gets through goes on to the end.
-    for patience in (0u64..).map(|i| 20 * i * i) {
+    for patience in (0u64..).map(|i| 4 * i * i) {
         let mut run = resume(&parts);
         let (progress, stop) = (run.progress(), AtomicBool::new(false));
         let reason = std::thread::scope(|scope| {

@@ -9,6 +9,7 @@
 //! order (constants last). A row's result is simplified again.
 
 use crate::op::{Leaf, Op};
+use crate::opt::interval::Interval;
 use crate::opt::simplify::Writer;
 use crate::program::{Inst, Reg};
 
@@ -36,14 +37,8 @@ pub enum Pattern {
 pub enum Condition {
     /// Never the zero with a minus sign.
     NotNegativeZero(u8),
-    /// Never a NaN.
-    NotNan(u8),
-    /// Neither an infinity nor a NaN.
-    Finite(u8),
-    /// Finite, and at least +0.
-    Natural(u8),
-    /// A constant other than the two zeros.
-    NonZero(u8),
+    /// Of both: never a NaN, nor zeros of different signs.
+    EqualIsSame(u8, u8),
     /// A constant whose reciprocal is exact and normal: a power of two of either sign.
     PowerOfTwo(u8),
 }
@@ -61,7 +56,7 @@ pub struct Rule {
     pub to: Pattern,
 }
 
-use Condition::{Finite, Natural, NonZero, NotNan, NotNegativeZero, PowerOfTwo};
+use Condition::{EqualIsSame, NotNegativeZero, PowerOfTwo};
 use Pattern::{Const, Is, Negated, Reciprocal, Truth, Var};
 
 const X: Pattern = Var(0);
@@ -90,56 +85,31 @@ const fn not(p: &'static [Pattern; 1]) -> Pattern {
 rules! {
     "add -0": Add(X, Is(-0.0)) => X;
     "add +0": Add(X, Is(0.0)) when NotNegativeZero(0) => X;
-    "add NaN": Add(X, Is(f32::NAN)) => Is(f32::NAN);
-    "sub itself": Sub(X, X) when Finite(0) => Is(0.0);
     "sub constant": Sub(X, C) => Pattern::Op(Op::Add, &[X, Negated(0)]);
     "mul 1": Mul(X, Is(1.0)) => X;
     "mul 2": Mul(X, Is(2.0)) => Pattern::Op(Op::Add, &[X, X]);
-    "mul 0": Mul(X, Is(0.0)) when Natural(0) => Is(0.0);
-    "mul NaN": Mul(X, Is(f32::NAN)) => Is(f32::NAN);
     "div 1": Div(X, Is(1.0)) => X;
     "div power of two": Div(X, C) when PowerOfTwo(0) => Pattern::Op(Op::Mul, &[X, Reciprocal(0)]);
-    "div NaN": Div(X, Is(f32::NAN)) => Is(f32::NAN);
-    "NaN div": Div(Is(f32::NAN), X) => Is(f32::NAN);
-    "pdiv +0": PDiv(X, Is(0.0)) => Is(1.0);
-    "pdiv -0": PDiv(X, Is(-0.0)) => Is(1.0);
-    "pdiv constant": PDiv(X, C) when NonZero(0) => Pattern::Op(Op::Div, &[X, C]);
-    "pdiv itself": PDiv(X, X) when Finite(0) => Is(1.0);
     "min itself": Min(X, X) => X;
-    "min NaN": Min(X, Is(f32::NAN)) => Is(f32::NAN);
-    "NaN min": Min(Is(f32::NAN), X) => X;
+    "min before, left": Min(X, Pattern::Op(Op::Min, &[X, Y])) => Pattern::Op(Op::Min, &[X, Y]);
+    "min before, right": Min(X, Pattern::Op(Op::Min, &[Y, X])) => Pattern::Op(Op::Min, &[Y, X]);
+    "min again, left": Min(Pattern::Op(Op::Min, &[X, Y]), X) when EqualIsSame(0, 1) => Pattern::Op(Op::Min, &[X, Y]);
     "min again": Min(Pattern::Op(Op::Min, &[X, Y]), Y) => Pattern::Op(Op::Min, &[X, Y]);
     "max itself": Max(X, X) => X;
-    "max NaN": Max(X, Is(f32::NAN)) => Is(f32::NAN);
-    "NaN max": Max(Is(f32::NAN), X) => X;
+    "max before, left": Max(X, Pattern::Op(Op::Max, &[X, Y])) => Pattern::Op(Op::Max, &[X, Y]);
+    "max before, right": Max(X, Pattern::Op(Op::Max, &[Y, X])) => Pattern::Op(Op::Max, &[Y, X]);
+    "max again, left": Max(Pattern::Op(Op::Max, &[X, Y]), X) when EqualIsSame(0, 1) => Pattern::Op(Op::Max, &[X, Y]);
     "max again": Max(Pattern::Op(Op::Max, &[X, Y]), Y) => Pattern::Op(Op::Max, &[X, Y]);
-    "lt itself": Lt(X, X) => Truth(false);
-    "lt NaN": Lt(X, Is(f32::NAN)) => Truth(false);
-    "NaN lt": Lt(Is(f32::NAN), X) => Truth(false);
-    "lt infinity": Lt(Is(f32::INFINITY), X) => Truth(false);
-    "lt -infinity": Lt(X, Is(f32::NEG_INFINITY)) => Truth(false);
-    "natural lt +0": Lt(X, Is(0.0)) when Natural(0) => Truth(false);
-    "natural lt -0": Lt(X, Is(-0.0)) when Natural(0) => Truth(false);
-    "le itself": Le(X, X) when NotNan(0) => Truth(true);
-    "le NaN": Le(X, Is(f32::NAN)) => Truth(false);
-    "NaN le": Le(Is(f32::NAN), X) => Truth(false);
-    "le infinity": Le(X, Is(f32::INFINITY)) when NotNan(0) => Truth(true);
-    "-infinity le": Le(Is(f32::NEG_INFINITY), X) when NotNan(0) => Truth(true);
-    "+0 le natural": Le(Is(0.0), X) when Natural(0) => Truth(true);
-    "-0 le natural": Le(Is(-0.0), X) when Natural(0) => Truth(true);
-    "eq itself": Eq(X, X) when NotNan(0) => Truth(true);
-    "eq NaN": Eq(X, Is(f32::NAN)) => Truth(false);
     "select the same": Select(P, X, X) => X;
-    "select true": Select(Truth(true), X, Y) => X;
-    "select false": Select(Truth(false), X, Y) => Y;
     "select not": Select(not(&[P]), X, Y) => Pattern::Op(Op::Select, &[P, Y, X]);
     "select again, then": Select(P, Pattern::Op(Op::Select, &[P, X, Y]), Z) => Pattern::Op(Op::Select, &[P, X, Z]);
     "select again, else": Select(P, X, Pattern::Op(Op::Select, &[P, Y, Z])) => Pattern::Op(Op::Select, &[P, X, Z]);
     "select lesser": Select(Pattern::Op(Op::Lt, &[X, Y]), X, Y) => Pattern::Op(Op::Min, &[X, Y]);
     "select greater": Select(Pattern::Op(Op::Lt, &[X, Y]), Y, X) => Pattern::Op(Op::Max, &[Y, X]);
+    "select least": Select(Pattern::Op(Op::Le, &[X, Y]), X, Y) when EqualIsSame(0, 1) => Pattern::Op(Op::Min, &[X, Y]);
+    "select greatest": Select(Pattern::Op(Op::Le, &[X, Y]), Y, X) when EqualIsSame(0, 1) => Pattern::Op(Op::Max, &[Y, X]);
     "and itself": And(P, P) => P;
     "and true": And(P, Truth(true)) => P;
-    "and false": And(P, Truth(false)) => Truth(false);
     "and not": And(P, not(&[P])) => Truth(false);
     "not and": And(not(&[P]), P) => Truth(false);
     "and again, left": And(Pattern::Op(Op::And, &[P, Q]), P) => Pattern::Op(Op::And, &[P, Q]);
@@ -148,8 +118,18 @@ rules! {
     "and before, right": And(P, Pattern::Op(Op::And, &[Q, P])) => Pattern::Op(Op::And, &[Q, P]);
     "and or, left": And(P, Pattern::Op(Op::Or, &[P, Q])) => P;
     "and or, right": And(P, Pattern::Op(Op::Or, &[Q, P])) => P;
+    "and nots": And(not(&[P]), not(&[Q])) => not(&[Pattern::Op(Op::Or, &[P, Q])]);
+    "and or not, left": And(P, Pattern::Op(Op::Or, &[not(&[P]), Q])) => Pattern::Op(Op::And, &[P, Q]);
+    "and or not, right": And(P, Pattern::Op(Op::Or, &[Q, not(&[P])])) => Pattern::Op(Op::And, &[P, Q]);
+    "and not or, left": And(not(&[P]), Pattern::Op(Op::Or, &[P, Q])) => Pattern::Op(Op::And, &[not(&[P]), Q]);
+    "and not or, right": And(not(&[P]), Pattern::Op(Op::Or, &[Q, P])) => Pattern::Op(Op::And, &[not(&[P]), Q]);
+    "and or before not, left": And(Pattern::Op(Op::Or, &[P, Q]), not(&[P])) => Pattern::Op(Op::And, &[not(&[P]), Q]);
+    "and or before not, right": And(Pattern::Op(Op::Or, &[Q, P]), not(&[P])) => Pattern::Op(Op::And, &[not(&[P]), Q]);
+    "and not and, left": And(P, not(&[Pattern::Op(Op::And, &[P, Q])])) => Pattern::Op(Op::And, &[P, not(&[Q])]);
+    "and not and, right": And(P, not(&[Pattern::Op(Op::And, &[Q, P])])) => Pattern::Op(Op::And, &[P, not(&[Q])]);
+    "and neither, left": And(P, not(&[Pattern::Op(Op::Or, &[P, Q])])) => Truth(false);
+    "and neither, right": And(P, not(&[Pattern::Op(Op::Or, &[Q, P])])) => Truth(false);
     "or itself": Or(P, P) => P;
-    "or true": Or(P, Truth(true)) => Truth(true);
     "or false": Or(P, Truth(false)) => P;
     "or not": Or(P, not(&[P])) => Truth(true);
     "not or": Or(not(&[P]), P) => Truth(true);
@@ -159,6 +139,17 @@ rules! {
     "or before, right": Or(P, Pattern::Op(Op::Or, &[Q, P])) => Pattern::Op(Op::Or, &[Q, P]);
     "or and, left": Or(P, Pattern::Op(Op::And, &[P, Q])) => P;
     "or and, right": Or(P, Pattern::Op(Op::And, &[Q, P])) => P;
+    "or nots": Or(not(&[P]), not(&[Q])) => not(&[Pattern::Op(Op::And, &[P, Q])]);
+    "or and not, left": Or(P, Pattern::Op(Op::And, &[not(&[P]), Q])) => Pattern::Op(Op::Or, &[P, Q]);
+    "or and not, right": Or(P, Pattern::Op(Op::And, &[Q, not(&[P])])) => Pattern::Op(Op::Or, &[P, Q]);
+    "or not and, left": Or(not(&[P]), Pattern::Op(Op::And, &[P, Q])) => Pattern::Op(Op::Or, &[not(&[P]), Q]);
+    "or not and, right": Or(not(&[P]), Pattern::Op(Op::And, &[Q, P])) => Pattern::Op(Op::Or, &[not(&[P]), Q]);
+    "or and before not, left": Or(Pattern::Op(Op::And, &[P, Q]), not(&[P])) => Pattern::Op(Op::Or, &[not(&[P]), Q]);
+    "or and before not, right": Or(Pattern::Op(Op::And, &[Q, P]), not(&[P])) => Pattern::Op(Op::Or, &[not(&[P]), Q]);
+    "or not or, left": Or(P, not(&[Pattern::Op(Op::Or, &[P, Q])])) => Pattern::Op(Op::Or, &[P, not(&[Q])]);
+    "or not or, right": Or(P, not(&[Pattern::Op(Op::Or, &[Q, P])])) => Pattern::Op(Op::Or, &[P, not(&[Q])]);
+    "or not both, left": Or(P, not(&[Pattern::Op(Op::And, &[P, Q])])) => Truth(true);
+    "or not both, right": Or(P, not(&[Pattern::Op(Op::And, &[Q, P])])) => Truth(true);
     "not not": Not(not(&[P])) => P;
 }
 
@@ -221,13 +212,10 @@ impl Bindings {
     }
 
     fn holds(&self, writer: &Writer, condition: &Condition) -> bool {
-        let facts = |v: u8| self.vars[v as usize].map_or(super::facts::Facts::ANY, |reg| writer.facts(reg));
+        let value = |v: u8| self.vars[v as usize].map_or(Interval::ANY, |reg| writer.value(reg));
         match *condition {
-            NotNegativeZero(v) => !facts(v).negative_zero,
-            NotNan(v) => !facts(v).nan,
-            Finite(v) => facts(v).finite(),
-            Natural(v) => facts(v) == super::facts::Facts::NATURAL,
-            NonZero(c) => self.constants[c as usize] != 0.0,
+            NotNegativeZero(v) => !value(v).negative_zero,
+            EqualIsSame(v, w) => value(v).equal_is_same(value(w)),
             PowerOfTwo(c) => is_exactly_invertible(self.constants[c as usize]),
         }
     }

@@ -1,27 +1,53 @@
 //! What the shape of a loop says about its values.
 //!
-//! * A carried register that every position leaves as it is, or sets to 0, is 0 throughout: its reads are
-//!   forwarded to the constant.
-//! * A loop that breaks at its first position visits one row: reads are 0, `y` and `first-window` are known.
 //! * A loop without a break whose needed registers read no carried register depends on its last position
 //!   alone: [`Span::Last`].
-//! * A first-loop register that every position sets to the same constant, or none sets, is that constant in
-//!   the second loop.
+//! * A loop that breaks at its first position visits that alone: it is the last of the other direction. Whether it
+//!   does is seen with the intervals of the first position, where carried registers are 0 and `y` is one row.
+//! * A second loop whose answer is one of the first one's registers adds nothing to it.
+//! * What a loop does not look at is set to the same in all such loops, so that they are equal: the column where
+//!   neither `x` nor a window is read, the rectangle's width besides, and where a single position is visited and
+//!   no row matters, its height and the direction.
 
-use crate::op::Leaf;
+use crate::op::{Leaf, Op};
+use crate::opt::interval::Interval;
+use crate::opt::ranges::{self, Leaves};
 use crate::opt::simplify::Writer;
-use crate::program::{Loop, Program, Span};
+use crate::program::{Direction, Inst, Loop, Program, Span};
+use crate::window::Rect;
 
 /// Applies all of it; whether anything changed.
-pub fn run(program: &mut Program) -> bool {
-    let height = program.height;
+pub fn run(program: &mut Program, writer: &mut Writer) -> bool {
+    let (width, height) = (program.width, program.height);
     let mut changed = false;
-    let mut writer = Writer::default();
     for l in program.first.iter_mut().chain(std::iter::once(&mut program.second)) {
         changed |= shorten(l);
-        changed |= forward(l, height, &mut writer);
+        changed |= run_once(l, width, height, writer);
+        changed |= forget_header(l, width);
     }
-    changed | forward_first_loop(program, &mut writer)
+    changed | merge(program)
+}
+
+/// Makes the first loop the only one where the answer is one of its registers.
+fn merge(program: &mut Program) -> bool {
+    let second = &program.second;
+    let answer = second.next[0].and_then(|reg| second.body.inst(reg).leaf());
+    let (Some(Leaf::Iter2(k)), Some(first)) = (answer, program.first.as_ref()) else { return false };
+    let mut l = first.clone();
+    l.next.swap(0, k as usize);
+    for inst in l.body.insts_mut() {
+        match inst.leaf() {
+            Some(Leaf::Read(0)) => *inst = Inst::of(Leaf::Read(k)),
+            Some(Leaf::Read(of)) if of == k => *inst = Inst::of(Leaf::Read(0)),
+            _ => {}
+        }
+    }
+    (program.first, program.second) = (None, l);
+    true
+}
+
+fn reads(l: &Loop, wanted: impl Fn(Op) -> bool) -> bool {
+    l.body.insts().iter().any(|inst| wanted(inst.op()))
 }
 
 /// Narrows the span or drops a break that cannot come or says nothing.
@@ -32,71 +58,55 @@ fn shorten(l: &mut Loop) -> bool {
         l.break_if = None;
         return true;
     }
-    let reads = l.body.insts().iter().any(|inst| matches!(inst.leaf(), Some(Leaf::Read(_))));
-    if l.break_if.is_none() && l.span == Span::All && !reads {
+    if l.break_if.is_none() && l.span == Span::All && !reads(l, |op| op == Op::Read) {
         l.span = Span::Last;
         return true;
     }
     false
 }
 
-/// Whether the loop ends at its first position.
-fn breaks_at_once(l: &Loop) -> bool {
-    l.break_if.is_some_and(|reg| l.body.inst(reg).leaf() == Some(Leaf::MConst(true)))
-}
-
-fn forward(l: &mut Loop, height: u32, writer: &mut Writer) -> bool {
-    let one_position = l.span == Span::Last || breaks_at_once(l);
-    let (row, first_window) = (l.rows(height).next(), l.first_window_at_start(height));
-    let leaf_of_next = l.next.map(|next| next.map(|reg| l.body.inst(reg).leaf()));
-    let constant_zero = |k: u8| match leaf_of_next[k as usize] {
-        None => true,
-        Some(Some(Leaf::Read(of))) => of == k,
-        Some(Some(Leaf::Const(value))) => value.to_bits() == 0,
-        Some(_) => false,
-    };
-    let replace = |leaf: Leaf| match (leaf, row) {
-        (Leaf::Read(k), _) if one_position || constant_zero(k) => Leaf::Const(0.0),
-        (Leaf::Y, Some(row)) if one_position => Leaf::Const(row as f32),
-        (Leaf::FirstWindow, _) if one_position => Leaf::Const(first_window),
-        _ => leaf,
-    };
-    // Compared by bits: a NaN equals itself here.
-    if l.body
-        .insts()
-        .iter()
-        .all(|inst| inst.leaf().is_none_or(|leaf| replace(leaf).encode() == leaf.encode()))
-    {
+/// Turns a loop that ends at its first position round, so that this is its last.
+fn run_once(l: &mut Loop, width: u32, height: u32, writer: &mut Writer) -> bool {
+    let Some(break_if) = l.break_if else { return false };
+    let mut leaves = Leaves::new(l, width, height, [Interval::ANY; 5]).at_first_position(l, height);
+    leaves.enter(Interval::ANY, width);
+    ranges::run(&l.body, &leaves, &mut writer.scratch);
+    if writer.scratch[break_if.index()] != Interval::TRUE {
         return false;
     }
-    writer.rewrite_body(l, replace)
+    let (first_window, row) = (l.first_window_at_start(height), l.rows(height).next());
+    l.break_if = None;
+    l.span = Span::Last;
+    l.direction = match l.direction {
+        Direction::Up => Direction::Down,
+        Direction::Down => Direction::Up,
+    };
+    writer.leaves = leaves;
+    writer.rewrite_body(l, |leaf| match (leaf, row) {
+        (Leaf::Read(_), _) => Leaf::Const(0.0),
+        (Leaf::Y, Some(row)) => Leaf::Const(row as f32),
+        (Leaf::FirstWindow, _) => Leaf::Const(first_window),
+        _ => leaf,
+    });
+    true
 }
 
-/// The value of each first-loop register that is known.
-fn known_finals(first: Option<&Loop>) -> [Option<f32>; 5] {
-    let Some(l) = first else { return [Some(0.0); 5] };
-    let mut known = [None; 5];
-    for (k, (known, next)) in known.iter_mut().zip(l.next).enumerate() {
-        *known = match next.map(|reg| l.body.inst(reg).leaf()) {
-            None => Some(0.0),
-            Some(Some(Leaf::Const(value))) => Some(value),
-            Some(Some(Leaf::Read(of))) if of as usize == k => Some(0.0),
-            Some(_) => None,
-        };
-    }
-    known
-}
-
-fn forward_first_loop(program: &mut Program, writer: &mut Writer) -> bool {
-    let known = known_finals(program.first.as_ref());
-    let reads = program.second.reads_first_loop();
-    if !reads.iter().zip(known).any(|(&read, known)| read && known.is_some()) {
+/// Sets what the body does not look at.
+fn forget_header(l: &mut Loop, width: u32) -> bool {
+    if reads(l, |op| matches!(op, Op::X | Op::Window)) {
         return false;
     }
-    let replace = |leaf: Leaf| match leaf {
-        Leaf::Iter2(k) => known[k as usize].map_or(leaf, Leaf::Const),
-        _ => leaf,
-    };
-    let l = &mut program.second;
-    writer.rewrite_column(&mut l.column, replace) | writer.rewrite_body(l, replace)
+    // Without a column the rectangle's width says nothing, without rows its height neither. `first-window` asks
+    // only whether there is more than one position.
+    let no_rows = l.span == Span::Last && !reads(l, |op| matches!(op, Op::Y | Op::FirstWindow));
+    let alike = |rect: &Rect| no_rows || rect.height() == l.rect.height();
+    let rect = Rect::all().find(alike).unwrap_or(l.rect);
+    let direction = if no_rows { Direction::Down } else { l.direction };
+    let column = Leaf::Const(rect.columns(width).0 as f32);
+    let changed = (rect, direction, Some(column)) != (l.rect, l.direction, l.column.as_leaf());
+    (l.rect, l.direction) = (rect, direction);
+    if changed {
+        l.column.set(column);
+    }
+    changed
 }
