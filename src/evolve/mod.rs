@@ -42,6 +42,7 @@ pub mod selection;
 
 mod breed;
 mod cache;
+mod cases;
 mod durable;
 mod evaluate;
 mod folder;
@@ -55,6 +56,7 @@ mod run;
 mod settings;
 mod settings_check;
 mod settings_draft;
+mod threads;
 
 pub use checkpoint::{CheckpointError, State};
 pub use durable::FileError;

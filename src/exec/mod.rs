@@ -3,7 +3,7 @@
 //! All of them give the same bits. `tree` walks the individual itself, straight from the specification, and is
 //! the judge of what a program means; the others start from the lowered, optimised IR program.
 
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 use std::time::Duration;
 
 use vsonar_ir::Program;
@@ -17,20 +17,27 @@ pub mod reference;
 pub mod tree;
 
 /// An individual to be executed, with its program lowered and optimised when first asked for, so that the
-/// walker never lowers.
+/// walker never lowers. Threads may share it.
 #[derive(Debug)]
 pub struct Candidate<'a> {
     individual: &'a Individual,
     width: u32,
     height: u32,
-    program: OnceCell<Program>,
-    lowering: OnceCell<Duration>,
+    lowered: OnceLock<Lowered>,
+}
+
+/// What lowering and optimising gave.
+#[derive(Debug)]
+struct Lowered {
+    program: Program,
+    operations_before: usize,
+    time: Duration,
 }
 
 impl<'a> Candidate<'a> {
     /// A candidate for images of `width` x `height` pixels.
     pub fn new(individual: &'a Individual, width: u32, height: u32) -> Candidate<'a> {
-        Candidate { individual, width, height, program: OnceCell::new(), lowering: OnceCell::new() }
+        Candidate { individual, width, height, lowered: OnceLock::new() }
     }
 
     /// Width and height of the images, in pixels.
@@ -48,18 +55,30 @@ impl<'a> Candidate<'a> {
     /// # Panics
     /// If there cannot be programs for images of the candidate's size ([`Program::fits`]).
     pub fn program(&self) -> &Program {
-        self.program.get_or_init(|| {
+        &self.lowered().program
+    }
+
+    /// How many operations the program has before the optimiser, to compare with [`Program::operations`] after
+    /// it.
+    ///
+    /// # Panics
+    /// As [`Candidate::program`].
+    pub fn operations_before(&self) -> usize {
+        self.lowered().operations_before
+    }
+
+    fn lowered(&self) -> &Lowered {
+        self.lowered.get_or_init(|| {
             let start = std::time::Instant::now();
-            let program =
-                vsonar_ir::opt::optimise(&crate::lower::lower(self.individual, self.width, self.height));
-            let _ = self.lowering.set(start.elapsed());
-            program
+            let program = crate::lower::lower(self.individual, self.width, self.height);
+            let operations_before = program.operations();
+            Lowered { program: vsonar_ir::opt::optimise(&program), operations_before, time: start.elapsed() }
         })
     }
 
     /// The time lowering and optimising took, zero if it was not done.
     pub fn lowering(&self) -> Duration {
-        self.lowering.get().copied().unwrap_or_default()
+        self.lowered.get().map_or(Duration::ZERO, |lowered| lowered.time)
     }
 }
 
@@ -139,7 +158,8 @@ pub trait Executor: Send + Sync {
     /// The name in `--executor`.
     fn name(&self) -> &'static str;
 
-    /// Whether it runs lowered, optimised programs. If not, whoever uses it need not lower for its own sake.
+    /// Whether it runs lowered, optimised programs. If not, whoever uses it runs every individual, and takes no
+    /// answer from the program.
     fn lowers(&self) -> bool {
         true
     }
