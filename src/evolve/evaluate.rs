@@ -12,20 +12,17 @@
 //! individual; lowering then serves the statistics alone.
 
 use std::cell::RefCell;
-use std::collections::hash_map::DefaultHasher;
-use std::hash::{BuildHasher, Hash, Hasher};
+use std::cmp::Reverse;
+use std::convert::Infallible;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use rustc_hash::{FxBuildHasher, FxHashMap};
-use vsonar_ir::{Leaf, Loop, Program, Span};
-
 use super::cache::ProgramCache;
 use super::cases::{Cases, Verdict};
 use super::fitness::CaseBits;
+use super::programs::{Fresh, Groups, Prepared, ProgramStatistics, Source, Verdicts};
 use super::progress::Progress;
-use super::record::ProgramStatistics;
 use super::threads::{Threads, Usage};
 use crate::exec::{Candidate, ExecError, Executor, Timing, Worker};
 use crate::tree::Individual;
@@ -84,56 +81,6 @@ pub(super) struct Tally {
     pub(super) uncached: Duration,
     /// The individuals' programs.
     pub(super) programs: ProgramStatistics,
-}
-
-/// An individual whose program is there.
-pub(super) struct Prepared<'a> {
-    candidate: Candidate<'a>,
-    hash: u64,
-    fingerprint: u128,
-    known: Option<Verdict>,
-}
-
-impl Prepared<'_> {
-    /// The optimised program.
-    pub(super) fn program(&self) -> &Program {
-        self.candidate.program()
-    }
-
-    /// Counts the program, before and after the optimiser.
-    pub(super) fn count(&self, statistics: &mut ProgramStatistics) {
-        let (before, after) = (self.candidate.operations_before(), self.program().operations());
-        statistics.add(before, after, self.fingerprint);
-    }
-}
-
-/// The verdicts on a list of individuals.
-pub(super) struct Verdicts {
-    /// For each individual: what was known, or the number of the program that was run.
-    sources: Vec<Source>,
-    fresh: Vec<Fresh>,
-}
-
-enum Source {
-    Known(Verdict),
-    Fresh(usize),
-}
-
-/// A program that was run.
-struct Fresh {
-    verdict: Verdict,
-    timing: Timing,
-    time: Duration,
-}
-
-impl Verdicts {
-    /// That on individual `i`.
-    pub(super) fn get(&self, i: usize) -> &Verdict {
-        match &self.sources[i] {
-            Source::Known(verdict) => verdict,
-            Source::Fresh(n) => &self.fresh[*n].verdict,
-        }
-    }
 }
 
 /// An executor on a number of threads, with the results it had so far.
@@ -199,25 +146,25 @@ impl Evaluator {
         tally: &mut Tally,
     ) -> Option<Vec<Prepared<'a>>> {
         let cache = &*self.cache();
-        let work = |i: usize| -> Result<_, std::convert::Infallible> {
-            let candidate = task.cases.candidate(individuals[i]);
-            let program = candidate.program();
-            let hash = FxBuildHasher.hash_one(program);
-            let known = if !self.lowers() {
-                None
-            } else if let Some(answer) = program.constant_answer() {
-                Some(task.cases.verdict(&vec![answer; task.cases.len()], task.looks))
-            } else {
-                let known = cache.get(hash, program, task.generation);
-                known.filter(|known| known.looks.is_some() || !task.looks).cloned()
+        let work = |i: usize| -> Result<_, Infallible> {
+            let mut prepared = Prepared::new(task.cases.candidate(individuals[i]));
+            let program = prepared.program();
+            if !self.lowers() {
+                return Ok(prepared);
+            }
+            prepared.known = match program.constant_answer() {
+                Some(answer) => Some(task.cases.verdict(&vec![answer; task.cases.len()], task.looks)),
+                None => {
+                    let known = cache.get(prepared.hash, program, task.generation);
+                    known.filter(|known| known.looks.is_some() || !task.looks).cloned()
+                }
             };
-            let fingerprint = fingerprint(hash, program);
-            Ok(Prepared { candidate, hash, fingerprint, known })
+            Ok(prepared)
         };
         let order: Vec<usize> = (0..individuals.len()).collect();
         let Ok(prepared) = self.threads.each(&order, task.stop, &mut tally.usage, work);
         let prepared = prepared?;
-        tally.timing.lower += prepared.iter().map(|p| p.candidate.lowering()).sum::<Duration>();
+        tally.timing.lower += prepared.iter().map(|one| one.candidate.lowering()).sum::<Duration>();
         Some(prepared)
     }
 
@@ -230,11 +177,11 @@ impl Evaluator {
         tally: &mut Tally,
         done: impl Fn(u64) + Sync,
     ) -> Result<Option<Verdicts>, EvaluateError> {
-        let Groups { sources, firsts, sizes } = self.group(prepared);
+        let Groups { sources, firsts, sizes } = Groups::of(prepared, self.lowers());
         done((prepared.len() as u64) - sizes.iter().sum::<u64>());
         // The longest first, so that no thread is left with one when all others have nothing to do.
         let mut order: Vec<usize> = (0..firsts.len()).collect();
-        order.sort_by_cached_key(|&n| std::cmp::Reverse(cost(prepared[firsts[n]].program())));
+        order.sort_by_cached_key(|&n| Reverse(prepared[firsts[n]].cost()));
         let work = |n: usize| {
             let fresh = self.execute(&prepared[firsts[n]].candidate, task.cases, task.looks)?;
             task.progress.execute();
@@ -248,30 +195,6 @@ impl Evaluator {
             tally.timing += Timing { lower: Duration::ZERO, ..one.timing };
         }
         Ok(Some(Verdicts { sources, fresh }))
-    }
-
-    /// Equal programs as one, unless each individual is run for itself.
-    fn group(&self, prepared: &[&Prepared<'_>]) -> Groups {
-        let mut groups = Groups { sources: Vec::with_capacity(prepared.len()), ..Groups::default() };
-        let mut by_hash: FxHashMap<u64, Vec<usize>> = FxHashMap::default();
-        for (i, one) in prepared.iter().enumerate() {
-            if let Some(known) = &one.known {
-                groups.sources.push(Source::Known(known.clone()));
-                continue;
-            }
-            let met = by_hash.entry(one.hash).or_default();
-            let equal = |&&n: &&usize| prepared[groups.firsts[n]].program() == one.program();
-            let equal = met.iter().find(equal).copied().filter(|_| self.lowers());
-            let n = equal.unwrap_or_else(|| {
-                met.push(groups.firsts.len());
-                groups.firsts.push(i);
-                groups.sizes.push(0);
-                groups.firsts.len() - 1
-            });
-            groups.sizes[n] += 1;
-            groups.sources.push(Source::Fresh(n));
-        }
-        groups
     }
 
     /// Counts those of the individuals that count, in their order, and remembers what they do.
@@ -329,35 +252,4 @@ impl Evaluator {
         let lowering = if self.lowers() { candidate.lowering() } else { Duration::ZERO };
         Ok(Fresh { verdict, timing, time: start.elapsed() + lowering })
     }
-}
-
-/// Individuals by what they do.
-#[derive(Default)]
-struct Groups {
-    sources: Vec<Source>,
-    /// Of each program that has to be run: the first individual that has it.
-    firsts: Vec<usize>,
-    /// How many have it.
-    sizes: Vec<u64>,
-}
-
-/// A number that tells programs apart: of a million, two would agree once in 10²⁶ runs.
-fn fingerprint(hash: u64, program: &Program) -> u128 {
-    let mut other = DefaultHasher::new();
-    program.hash(&mut other);
-    u128::from(hash) << 64 | u128::from(other.finish())
-}
-
-/// About how long a program takes, in instructions of a lane. It orders the work, and changes nothing else.
-fn cost(program: &Program) -> usize {
-    let cost = |l: &Loop| {
-        let positions = match l.span() {
-            Span::All => l.rect().positions(program.height()) as usize,
-            Span::Last => 1,
-        };
-        // The windows of other columns than the case's own are gathered, some instructions for each.
-        let gathered = if l.column().as_leaf() == Some(Leaf::XObstacle) { 0 } else { l.operands().len() };
-        (l.body().len() + 8 * gathered) * positions
-    };
-    program.loops().map(cost).sum()
 }

@@ -10,9 +10,10 @@
 use std::convert::Infallible;
 
 use super::cases::Looks;
-use super::evaluate::{EvaluateError, Evaluator, Prepared, Tally, Task};
+use super::evaluate::{EvaluateError, Evaluator, Tally, Task};
 use super::fitness::share;
 use super::population::{Genotype, Member, Outcome};
+use super::programs::Prepared;
 use super::record::InitialDraws;
 use super::settings::{Filter, Settings};
 use crate::tree::{Creator, Individual, Random};
@@ -100,7 +101,7 @@ pub(super) fn create(
         let counts = |i: usize| chosen[i / ahead].as_ref().is_none_or(|&(last, _)| i <= last);
         evaluator.count(&judged, &verdicts, |n| counts(seen[n]), task, tally);
         let counted = (0..prepared.len()).filter(|&i| counts(i));
-        let counted = counted.inspect(|&i| prepared[i].count(&mut tally.programs)).count() as u64;
+        let counted = counted.inspect(|&i| tally.programs.count(&prepared[i])).count() as u64;
         draws.draws += counted;
         task.progress.evaluate(counted - if ahead == 1 { judged.len() as u64 } else { 0 });
         drop(prepared);

@@ -50,6 +50,7 @@ mod hall_of_fame;
 mod initial;
 mod lock;
 mod population;
+mod programs;
 mod progress;
 mod record;
 mod run;

@@ -68,35 +68,6 @@ pub struct InitialDraws {
     pub unfit_kept: u64,
 }
 
-/// The programs of a generation's individuals, before and after the optimiser.
-#[derive(Debug, Default)]
-pub(super) struct ProgramStatistics {
-    individuals: u64,
-    before: u64,
-    after: u64,
-    fingerprints: Vec<u128>,
-}
-
-impl ProgramStatistics {
-    /// Counts a program with so many operations; equal programs have equal fingerprints.
-    pub(super) fn add(&mut self, before: usize, after: usize, fingerprint: u128) {
-        self.individuals += 1;
-        self.before += before as u64;
-        self.after += after as u64;
-        self.fingerprints.push(fingerprint);
-    }
-
-    /// Puts the numbers into a record.
-    pub(super) fn tell(mut self, record: &mut Record) {
-        let mean = |sum: u64| sum as f64 / self.individuals.max(1) as f64;
-        record.operations_before = Some(mean(self.before));
-        record.operations_after = Some(mean(self.after));
-        self.fingerprints.sort_unstable();
-        self.fingerprints.dedup();
-        record.distinct_optimised = Some(self.fingerprints.len() as u64);
-    }
-}
-
 /// Seconds spent on a generation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct GenerationTiming {

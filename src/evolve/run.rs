@@ -7,11 +7,12 @@ use std::time::{Duration, Instant};
 use super::breed::{Offspring, breed};
 use super::cases::Cases;
 use super::checkpoint::{Origin, State};
-use super::evaluate::{EvaluateError, Evaluator, Prepared, Tally, Task};
+use super::evaluate::{EvaluateError, Evaluator, Tally, Task};
 use super::folder::{FolderError, RunFolder};
 use super::hall_of_fame::HallOfFame;
 use super::initial::{self, Initial};
 use super::population::{Genotype, Member, Outcome};
+use super::programs::Prepared;
 use super::progress::Progress;
 use super::record::{GenerationTiming, InitialDraws, Record};
 use super::selection::scores;
@@ -294,7 +295,7 @@ impl Evolution {
         };
         let Some(verdicts) = self.evaluator.judge(&all, task, tally, done)? else { return Ok(None) };
         self.evaluator.count(&all, &verdicts, |_| true, task, tally);
-        all.iter().for_each(|one| one.count(&mut tally.programs));
+        all.iter().for_each(|one| tally.programs.count(one));
         Ok(Some((0..all.len()).map(|i| verdicts.get(i).outcome.clone()).collect()))
     }
 

@@ -158,9 +158,17 @@ fn what_is_recorded() {
         total += line["evaluations"].as_u64().expect("a number");
         assert_eq!(line["evaluations_total"], total);
         assert_eq!(line.get("initial").is_some(), generation == 0);
-        for field in ["lower", "compile", "execute", "breed", "wall", "ms_per_uncached"] {
+        for field in ["lower", "compile", "execute", "evaluate", "busy", "breed", "wall", "ms_per_uncached"] {
             assert!(line["timing"][field].as_f64().expect("a number") >= 0.0, "{field}");
         }
+        let number = |field: &str| line[field].as_f64().expect("a number");
+        let (before, after) = (number("operations_before"), number("operations_after"));
+        assert!(after > 0.0 && after < before, "{after} operations of {before}");
+        let distinct = number("distinct_optimised");
+        assert!(distinct >= 1.0 && distinct <= number("evaluations"), "{distinct}");
+        let timing = |field: &str| line["timing"][field].as_f64().expect("a number");
+        assert!(timing("busy") > 0.0 && timing("busy") <= 1.0, "{}", timing("busy"));
+        assert!(timing("evaluate") <= timing("wall"));
     }
     assert_eq!(lines[0]["initial"]["draws"], lines[0]["evaluations"]);
     let best = state.hall_of_fame.best().expect("a best");
