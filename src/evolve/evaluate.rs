@@ -21,6 +21,7 @@ use std::time::{Duration, Instant};
 use super::cache::ProgramCache;
 use super::cases::{Cases, Verdict};
 use super::fitness::CaseBits;
+use super::population::Outcome;
 use super::programs::{Fresh, Groups, Prepared, ProgramStatistics, Source, Verdicts};
 use super::progress::Progress;
 use super::threads::{Threads, Usage};
@@ -138,6 +139,25 @@ impl Evaluator {
         self.cache.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// What these individuals do, each of which counts and fills a slot; `None` if stopped.
+    pub(super) fn evaluate(
+        &self,
+        individuals: &[&Individual],
+        task: Task<'_>,
+        tally: &mut Tally,
+    ) -> Result<Option<Vec<Outcome>>, EvaluateError> {
+        let Some(prepared) = self.prepare(individuals, task, tally) else { return Ok(None) };
+        let all: Vec<&Prepared<'_>> = prepared.iter().collect();
+        let done = |individuals| {
+            task.progress.evaluate(individuals);
+            task.progress.fill(individuals);
+        };
+        let Some(verdicts) = self.judge(&all, task, tally, done)? else { return Ok(None) };
+        self.count(&all, &verdicts, |_| true, task, tally);
+        all.iter().for_each(|one| tally.programs.count(one));
+        Ok(Some((0..all.len()).map(|i| verdicts.get(i).outcome.clone()).collect()))
+    }
+
     /// Lowers and optimises individuals and looks up what is known of their programs; `None` if stopped.
     pub(super) fn prepare<'a>(
         &self,
@@ -178,7 +198,7 @@ impl Evaluator {
         done: impl Fn(u64) + Sync,
     ) -> Result<Option<Verdicts>, EvaluateError> {
         let Groups { sources, firsts, sizes } = Groups::of(prepared, self.lowers());
-        done((prepared.len() as u64) - sizes.iter().sum::<u64>());
+        done(prepared.len() as u64 - sizes.iter().sum::<u64>());
         // The longest first, so that no thread is left with one when all others have nothing to do.
         let mut order: Vec<usize> = (0..firsts.len()).collect();
         order.sort_by_cached_key(|&n| Reverse(prepared[firsts[n]].cost()));

@@ -12,14 +12,15 @@ use std::convert::Infallible;
 use super::cases::Looks;
 use super::evaluate::{EvaluateError, Evaluator, Tally, Task};
 use super::fitness::share;
-use super::population::{Genotype, Member, Outcome};
+use super::population::{Genotype, Member};
 use super::programs::Prepared;
 use super::record::InitialDraws;
 use super::settings::{Filter, Settings};
 use crate::tree::{Creator, Individual, Random};
 
-/// Individuals that a round has at least, if the slots may still draw as many.
-const ROUND: usize = 256;
+/// Individuals that a round has at least, if the slots may still draw as many. It must not depend on the number
+/// of threads: the order in which programs come into the cache depends on it.
+const ROUND: usize = 128;
 
 /// The initial generation, complete.
 pub(super) struct Initial {
@@ -50,6 +51,16 @@ impl Bar {
 struct Slot {
     number: usize,
     random: Random,
+}
+
+/// What fills a slot: the first of its individuals that passes, or the last that may be drawn.
+#[derive(Clone, Copy)]
+struct Choice {
+    /// Number of the individual in the round.
+    individual: usize,
+    /// Number of its verdict.
+    verdict: usize,
+    fit: bool,
 }
 
 /// Draws the initial generation; `None` if the run shall stop.
@@ -88,17 +99,14 @@ pub(super) fn create(
         let done = |individuals| task.progress.evaluate(if ahead == 1 { individuals } else { 0 });
         let Some(verdicts) = evaluator.judge(&judged, task, tally, done)? else { return Ok(None) };
 
-        // The first that passes, or the last that may be drawn, fills the slot.
-        let mut chosen: Vec<Option<(usize, Outcome)>> = open.iter().map(|_| None).collect();
-        for (n, &i) in seen.iter().enumerate() {
-            let verdict = verdicts.get(n);
-            let fit = verdict.looks.is_none_or(|looks| bar.passes(looks));
+        let mut chosen: Vec<Option<Choice>> = open.iter().map(|_| None).collect();
+        for (verdict, &i) in seen.iter().enumerate() {
+            let fit = verdicts.get(verdict).looks.is_none_or(|looks| bar.passes(looks));
             if chosen[i / ahead].is_none() && (fit || is_last(i)) {
-                draws.unfit_kept += u64::from(!fit);
-                chosen[i / ahead] = Some((i, verdict.outcome.clone()));
+                chosen[i / ahead] = Some(Choice { individual: i, verdict, fit });
             }
         }
-        let counts = |i: usize| chosen[i / ahead].as_ref().is_none_or(|&(last, _)| i <= last);
+        let counts = |i: usize| chosen[i / ahead].as_ref().is_none_or(|choice| i <= choice.individual);
         evaluator.count(&judged, &verdicts, |n| counts(seen[n]), task, tally);
         let counted = (0..prepared.len()).filter(|&i| counts(i));
         let counted = counted.inspect(|&i| tally.programs.count(&prepared[i])).count() as u64;
@@ -108,12 +116,13 @@ pub(super) fn create(
 
         let mut individuals: Vec<Option<Individual>> = individuals.into_iter().map(Some).collect();
         let mut filled = 0;
-        for (slot, chosen) in open.iter().zip(&chosen) {
-            let taken = chosen.as_ref().and_then(|(i, outcome)| Some((individuals[*i].take()?, outcome)));
-            members[slot.number] = taken.map(|(individual, outcome)| {
-                filled += 1;
-                Member { genotype: Genotype::new(individual), outcome: outcome.clone() }
-            });
+        for (slot, choice) in open.iter().zip(&chosen) {
+            let Some(Choice { individual, verdict, fit }) = *choice else { continue };
+            let Some(individual) = individuals[individual].take() else { continue };
+            let outcome = verdicts.get(verdict).outcome.clone();
+            members[slot.number] = Some(Member { genotype: Genotype::new(individual), outcome });
+            draws.unfit_kept += u64::from(!fit);
+            filled += 1;
         }
         task.progress.fill(filled);
         open.retain(|slot| members[slot.number].is_none());

@@ -126,8 +126,8 @@ pub(super) struct ProgramStatistics {
     individuals: u64,
     before: u64,
     after: u64,
-    /// Equal programs have equal fingerprints; of a million programs, two others would have one once in 10²⁶
-    /// generations.
+    /// Equal programs have equal fingerprints; of a million programs, two that differ have one less than once in
+    /// ten million generations, by half of its bits alone.
     fingerprints: Vec<u128>,
 }
 

@@ -11,8 +11,7 @@ use super::evaluate::{EvaluateError, Evaluator, Tally, Task};
 use super::folder::{FolderError, RunFolder};
 use super::hall_of_fame::HallOfFame;
 use super::initial::{self, Initial};
-use super::population::{Genotype, Member, Outcome};
-use super::programs::Prepared;
+use super::population::{Genotype, Member};
 use super::progress::Progress;
 use super::record::{GenerationTiming, InitialDraws, Record};
 use super::selection::scores;
@@ -267,7 +266,8 @@ impl Evolution {
         let individuals: Vec<&Individual> = new.iter().map(|&i| all[i].individual()).collect();
         let mut tally = Tally::default();
         let task = self.task(generation, false, stop);
-        let Some(outcomes) = self.outcomes(&individuals, task, &mut tally)? else { return Ok(None) };
+        let outcomes = self.evaluator.evaluate(&individuals, task, &mut tally)?;
+        let Some(outcomes) = outcomes else { return Ok(None) };
         let evaluate = start.elapsed() - breed;
         let evaluations = offspring.iter().filter(|o| o.copy_of.is_none()).count() as u64;
         let outcome = |i: usize| match firsts[parents.len() + i] {
@@ -278,25 +278,6 @@ impl Evolution {
         let member = |(i, o): (usize, Offspring)| Member { genotype: o.genotype, outcome: outcome(i) };
         let members = offspring.into_iter().enumerate().map(member).collect();
         Ok(Some(Generation { members, evaluations, initial: None, tally, evaluate, breed }))
-    }
-
-    /// What these individuals do, each of which counts.
-    fn outcomes(
-        &self,
-        individuals: &[&Individual],
-        task: Task<'_>,
-        tally: &mut Tally,
-    ) -> Result<Option<Vec<Outcome>>, RunError> {
-        let Some(prepared) = self.evaluator.prepare(individuals, task, tally) else { return Ok(None) };
-        let all: Vec<&Prepared<'_>> = prepared.iter().collect();
-        let done = |individuals| {
-            task.progress.evaluate(individuals);
-            task.progress.fill(individuals);
-        };
-        let Some(verdicts) = self.evaluator.judge(&all, task, tally, done)? else { return Ok(None) };
-        self.evaluator.count(&all, &verdicts, |_| true, task, tally);
-        all.iter().for_each(|one| tally.programs.count(one));
-        Ok(Some((0..all.len()).map(|i| verdicts.get(i).outcome.clone()).collect()))
     }
 
     /// The state with one generation more.
