@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn the_longer_the_dearer() {
-        let individuals = individuals(&["(+ a raw)", "(+ a (* raw gradient))", "(+ y raw)"]);
+        let individuals = individuals(&["(+ read-a raw)", "(+ read-a (* raw gradient))", "(+ y raw)"]);
         let costs: Vec<usize> = prepared(&individuals).iter().map(Prepared::cost).collect();
         // What is not carried from row to row is that of the last row alone: one position.
         assert!(costs[2] < costs[0] / 10 && costs[0] < costs[1], "{costs:?}");
