@@ -1,28 +1,32 @@
 //! Evaluation: individuals in, what they do on the training cases out, on all cores.
 //!
-//! Threads take one individual after the other from a shared counter, for their costs differ by a factor of a
-//! thousand, and put the result where the individual stands; so the order of work changes no result. Each
-//! thread has its own [`Worker`]. An executor that runs lowered programs is spared those that were run before
-//! (see the cache) and those whose answer is a constant.
+//! ```text
+//! individuals ── all threads ──> lowered, optimised, hashed, looked up in the cache
+//!             ── in order ─────> equal programs grouped; what is not known, in the order of its first occurrence
+//!             ── all threads ──> these programs run, expensive ones first
+//!             ── in order ─────> counted, and added to the cache
+//! ```
+//!
+//! What is looked up, run, counted and remembered is decided in the order of the individuals, so it is the same
+//! for any number of threads and any executor that runs lowered programs. One that does not is given every
+//! individual; lowering then serves the statistics alone.
 
 use std::cell::RefCell;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::cmp::Reverse;
+use std::convert::Infallible;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::cache::ProgramCache;
-use super::fitness::{CaseBits, behaviour, is_constant, is_correct};
+use super::cases::{Cases, Verdict};
+use super::fitness::CaseBits;
 use super::population::Outcome;
+use super::programs::{Fresh, Groups, Prepared, ProgramStatistics, Source, Verdicts};
 use super::progress::Progress;
-use crate::dataset::Dataset;
+use super::threads::{Threads, Usage};
 use crate::exec::{Candidate, ExecError, Executor, Timing, Worker};
 use crate::tree::Individual;
-use crate::vision::CaseSet;
-
-/// Bytes of programs whose results are remembered.
-const CACHE_BYTES: usize = 256 << 20;
-/// Stack of a worker thread: whoever walks trees may recurse.
-const STACK_BYTES: usize = 16 << 20;
 
 /// Why individuals could not be evaluated.
 #[derive(Debug, thiserror::Error)]
@@ -55,315 +59,217 @@ pub enum EvaluateError {
     },
 }
 
-/// Fitness cases prepared for evaluation.
-pub(super) struct Cases {
-    set: CaseSet,
-    labels: Vec<f64>,
-    width: u32,
-    height: u32,
-    columns: u32,
-    distinct_labels: u32,
-    tolerance: f64,
+/// What a generation's evaluation is about, who watches it, and who may end it.
+#[derive(Clone, Copy)]
+pub(super) struct Task<'a> {
+    pub(super) cases: &'a Cases,
+    pub(super) generation: u32,
+    /// Whether it matters what the answers look like.
+    pub(super) looks: bool,
+    pub(super) stop: &'a AtomicBool,
+    pub(super) progress: &'a Progress,
 }
 
-impl Cases {
-    pub(super) fn new(data: &Dataset, tolerance: f64) -> Cases {
-        let mut labels = data.labels();
-        let exact = labels.iter().map(|&label| f64::from(label)).collect();
-        labels.sort_unstable();
-        labels.dedup();
-        Cases {
-            set: data.case_set(),
-            labels: exact,
-            width: data.width(),
-            height: data.height(),
-            columns: data.columns().len() as u32,
-            distinct_labels: labels.len() as u32,
-            tolerance,
-        }
-    }
-
-    /// How many cases there are.
-    pub(super) fn len(&self) -> usize {
-        self.labels.len()
-    }
-
-    /// Keeps strips of other columns in at most about so many bytes.
-    pub(super) fn keep_strips(&self, bytes: usize) {
-        self.set.keep_strips(bytes);
-    }
-
-    /// Width and height of the images.
-    pub(super) fn image_size(&self) -> (u32, u32) {
-        (self.width, self.height)
-    }
-
-    /// How many distinct columns are asked for.
-    pub(super) fn columns(&self) -> u32 {
-        self.columns
-    }
-
-    /// How many distinct labels there are.
-    pub(super) fn distinct_labels(&self) -> u32 {
-        self.distinct_labels
-    }
-
-    /// The candidate for these cases.
-    pub(super) fn candidate<'a>(&self, individual: &'a Individual) -> Candidate<'a> {
-        Candidate::new(individual, self.width, self.height)
-    }
-
-    fn verdict(&self, answers: &[f32], looks: bool) -> Verdict {
-        let solved = |i: usize| is_correct(answers[i], self.labels[i], self.tolerance);
-        let outcome = Outcome {
-            solved: CaseBits::from_fn(self.len(), solved),
-            behaviour: behaviour(answers),
-            constant: is_constant(answers),
-        };
-        Verdict { outcome, looks: looks.then(|| Looks::of(answers, self.height)) }
-    }
-}
-
-/// What the answers look like, whether right or wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Looks {
-    /// How many lie within the image, 0 to height - 1.
-    pub(super) in_range: u32,
-    /// How many distinct finite values there are; both zeros are one.
-    pub(super) distinct: u32,
-}
-
-impl Looks {
-    pub(super) fn of(answers: &[f32], height: u32) -> Looks {
-        let last = f64::from(height) - 1.0;
-        let in_range = answers.iter().filter(|&&a| (0.0..=last).contains(&f64::from(a))).count();
-        let mut finite: Vec<f32> = answers.iter().copied().filter(|a| a.is_finite()).collect();
-        finite.sort_unstable_by(f32::total_cmp);
-        finite.dedup();
-        Looks { in_range: in_range as u32, distinct: finite.len() as u32 }
-    }
-}
-
-/// The result of running an individual.
-#[derive(Debug, Clone)]
-pub(super) struct Verdict {
-    pub(super) outcome: Outcome,
-    /// Present if it was asked for.
-    pub(super) looks: Option<Looks>,
-}
-
-/// Where the time of an evaluation went, summed over the threads.
-#[derive(Debug, Clone, Copy, Default)]
+/// What a generation's evaluation took and found.
+#[derive(Debug, Default)]
 pub(super) struct Tally {
+    /// Where the time went, summed over the threads.
     pub(super) timing: Timing,
+    pub(super) usage: Usage,
     /// Programs that were run.
     pub(super) executed: u64,
     /// Time for these alone, from lowering to the verdict.
     pub(super) uncached: Duration,
-}
-
-impl Tally {
-    fn add(&mut self, other: Tally) {
-        self.timing += other.timing;
-        self.executed += other.executed;
-        self.uncached += other.uncached;
-    }
+    /// The individuals' programs.
+    pub(super) programs: ProgramStatistics,
 }
 
 /// An executor on a number of threads, with the results it had so far.
 pub(super) struct Evaluator {
     executor: Arc<dyn Executor>,
-    pool: rayon::ThreadPool,
-    cache: ProgramCache<Verdict>,
+    threads: Threads,
+    cache: Mutex<ProgramCache<Verdict>>,
     /// Tells the workers of this evaluator from those another one left in the same thread.
     number: u64,
 }
 
 thread_local! {
-    /// The thread's worker and the number of the evaluator it is for. Workers stay in their threads.
-    static WORKER: RefCell<Option<(u64, Box<dyn Worker>)>> = const { RefCell::new(None) };
+    /// The thread's worker. Workers stay in their threads.
+    static WORKER: RefCell<Option<Place>> = const { RefCell::new(None) };
+}
+
+/// A thread's worker, room for answers, and the number of the evaluator they are for.
+struct Place {
+    evaluator: u64,
+    worker: Box<dyn Worker>,
+    answers: Vec<f32>,
 }
 
 impl Evaluator {
-    /// `threads` 0 means one for each core.
-    pub(super) fn new(executor: Arc<dyn Executor>, threads: usize) -> Result<Evaluator, EvaluateError> {
+    /// `threads` 0 means one for each core; results on so many cases are remembered in `cache_bytes` at most.
+    pub(super) fn new(
+        executor: Arc<dyn Executor>,
+        threads: usize,
+        cases: usize,
+        cache_bytes: usize,
+    ) -> Result<Evaluator, EvaluateError> {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
-        let threads = if threads > 0 {
-            threads
-        } else {
-            std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
-        };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES);
-        let pool = pool.build().map_err(|source| EvaluateError::Threads { threads, source })?;
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        Ok(Evaluator { executor, pool, cache: ProgramCache::new(CACHE_BYTES), number })
+        let cache = Mutex::new(ProgramCache::new(cache_bytes, CaseBits::heap_bytes(cases)));
+        Ok(Evaluator { executor, threads: Threads::new(threads)?, cache, number })
+    }
+
+    /// Forgets all results, of so many cases each, and remembers others in `bytes` at most.
+    pub(super) fn limit_cache(&mut self, cases: usize, bytes: usize) {
+        self.cache = Mutex::new(ProgramCache::new(bytes, CaseBits::heap_bytes(cases)));
     }
 
     /// The threads, for other work.
-    pub(super) fn pool(&self) -> &rayon::ThreadPool {
-        &self.pool
+    pub(super) fn threads(&self) -> &Threads {
+        &self.threads
     }
 
-    /// Calls `work` for each of 0 to `count` - 1 on all threads and gives the results in that order, or `None`
-    /// if `stop` was set before all was done. Of several errors the one of the lowest number is given.
-    pub(super) fn each<T: Send>(
+    /// Whether the executor runs lowered programs, so that what they tell need not be run.
+    pub(super) fn lowers(&self) -> bool {
+        self.executor.lowers()
+    }
+
+    fn cache(&self) -> MutexGuard<'_, ProgramCache<Verdict>> {
+        // A map whose holder panicked is still a map.
+        self.cache.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What these individuals do, each of which counts and fills a slot; `None` if stopped.
+    pub(super) fn evaluate(
         &self,
-        count: usize,
-        cases: &Cases,
-        stop: &AtomicBool,
-        progress: &Progress,
-        work: impl Fn(&mut Session<'_>, usize) -> Result<Option<T>, EvaluateError> + Sync,
-    ) -> Result<(Option<Vec<T>>, Tally), EvaluateError> {
-        let next = AtomicUsize::new(0);
-        let shares = self.pool.broadcast(|_| self.share(count, &next, cases, stop, progress, &work));
-        let mut results: Vec<Option<T>> = (0..count).map(|_| None).collect();
-        let mut tally = Tally::default();
-        let mut failed: Option<(usize, EvaluateError)> = None;
-        for share in shares {
-            tally.add(share.tally);
-            share.done.into_iter().for_each(|(i, result)| results[i] = Some(result));
-            if let Some((i, error)) = share.failed
-                && failed.as_ref().is_none_or(|&(j, _)| i < j)
-            {
-                failed = Some((i, error));
+        individuals: &[&Individual],
+        task: Task<'_>,
+        tally: &mut Tally,
+    ) -> Result<Option<Vec<Outcome>>, EvaluateError> {
+        let Some(prepared) = self.prepare(individuals, task, tally) else { return Ok(None) };
+        let all: Vec<&Prepared<'_>> = prepared.iter().collect();
+        let done = |individuals| {
+            task.progress.evaluate(individuals);
+            task.progress.fill(individuals);
+        };
+        let Some(verdicts) = self.judge(&all, task, tally, done)? else { return Ok(None) };
+        self.count(&all, &verdicts, |_| true, task, tally);
+        all.iter().for_each(|one| tally.programs.count(one));
+        Ok(Some((0..all.len()).map(|i| verdicts.get(i).outcome.clone()).collect()))
+    }
+
+    /// Lowers and optimises individuals and looks up what is known of their programs; `None` if stopped.
+    pub(super) fn prepare<'a>(
+        &self,
+        individuals: &[&'a Individual],
+        task: Task<'_>,
+        tally: &mut Tally,
+    ) -> Option<Vec<Prepared<'a>>> {
+        let cache = &*self.cache();
+        let work = |i: usize| -> Result<_, Infallible> {
+            let mut prepared = Prepared::new(task.cases.candidate(individuals[i]));
+            let program = prepared.program();
+            if !self.lowers() {
+                return Ok(prepared);
+            }
+            prepared.known = match program.constant_answer() {
+                Some(answer) => Some(task.cases.verdict(&vec![answer; task.cases.len()], task.looks)),
+                None => {
+                    let known = cache.get(prepared.hash, program, task.generation);
+                    known.filter(|known| known.looks.is_some() || !task.looks).cloned()
+                }
+            };
+            Ok(prepared)
+        };
+        let order: Vec<usize> = (0..individuals.len()).collect();
+        let Ok(prepared) = self.threads.each(&order, task.stop, &mut tally.usage, work);
+        let prepared = prepared?;
+        tally.timing.lower += prepared.iter().map(|one| one.candidate.lowering()).sum::<Duration>();
+        Some(prepared)
+    }
+
+    /// Runs what is not known, equal programs once, and gives all verdicts; `None` if stopped. `done` is called,
+    /// by any thread, with how many more individuals have theirs.
+    pub(super) fn judge(
+        &self,
+        prepared: &[&Prepared<'_>],
+        task: Task<'_>,
+        tally: &mut Tally,
+        done: impl Fn(u64) + Sync,
+    ) -> Result<Option<Verdicts>, EvaluateError> {
+        let Groups { sources, firsts, sizes } = Groups::of(prepared, self.lowers());
+        done(prepared.len() as u64 - sizes.iter().sum::<u64>());
+        // The longest first, so that no thread is left with one when all others have nothing to do.
+        let mut order: Vec<usize> = (0..firsts.len()).collect();
+        order.sort_by_cached_key(|&n| Reverse(prepared[firsts[n]].cost()));
+        let work = |n: usize| {
+            let fresh = self.execute(&prepared[firsts[n]].candidate, task.cases, task.looks)?;
+            task.progress.execute();
+            done(sizes[n]);
+            Ok(fresh)
+        };
+        let fresh = self.threads.each(&order, task.stop, &mut tally.usage, work)?;
+        let Some(fresh) = fresh else { return Ok(None) };
+        for one in &fresh {
+            // Lowering is counted where it is done, whoever was the first to need it.
+            tally.timing += Timing { lower: Duration::ZERO, ..one.timing };
+        }
+        Ok(Some(Verdicts { sources, fresh }))
+    }
+
+    /// Counts those of the individuals that count, in their order, and remembers what they do.
+    pub(super) fn count(
+        &self,
+        prepared: &[&Prepared<'_>],
+        verdicts: &Verdicts,
+        counts: impl Fn(usize) -> bool,
+        task: Task<'_>,
+        tally: &mut Tally,
+    ) {
+        let mut cache = self.cache();
+        let mut counted = vec![false; verdicts.fresh.len()];
+        for (i, source) in verdicts.sources.iter().enumerate().filter(|&(i, _)| counts(i)) {
+            let Source::Fresh(n) = *source else { continue };
+            if std::mem::replace(&mut counted[n], true) {
+                continue;
+            }
+            let fresh = &verdicts.fresh[n];
+            tally.executed += 1;
+            tally.uncached += fresh.time;
+            if self.lowers() {
+                cache.insert(prepared[i].hash, prepared[i].program(), fresh.verdict.clone(), task.generation);
             }
         }
-        match failed {
-            Some((_, error)) => Err(error),
-            None => Ok((results.into_iter().collect(), tally)),
-        }
     }
 
-    /// One thread's share of the work.
-    fn share<T>(
-        &self,
-        count: usize,
-        next: &AtomicUsize,
-        cases: &Cases,
-        stop: &AtomicBool,
-        progress: &Progress,
-        work: &impl Fn(&mut Session<'_>, usize) -> Result<Option<T>, EvaluateError>,
-    ) -> Share<T> {
-        let mut share = Share { done: Vec::new(), tally: Tally::default(), failed: None };
-        let kept = WORKER.take().filter(|&(number, _)| number == self.number).map(|(_, worker)| worker);
-        let worker = match kept.map_or_else(|| self.executor.worker(), Ok) {
-            Ok(worker) => worker,
-            Err(source) => {
-                let error = EvaluateError::Worker { executor: self.executor.name(), source };
-                share.failed = Some((0, error));
-                return share;
+    /// What an individual does on cases of any kind. Nothing is remembered.
+    pub(super) fn score(&self, individual: &Individual, cases: &Cases) -> Result<Verdict, EvaluateError> {
+        let candidate = cases.candidate(individual);
+        let fresh = self.threads.pool().install(|| self.execute(&candidate, cases, false));
+        Ok(fresh?.verdict)
+    }
+
+    /// What the candidate does on the cases, by running it in this thread.
+    fn execute(&self, candidate: &Candidate<'_>, cases: &Cases, looks: bool) -> Result<Fresh, EvaluateError> {
+        let start = Instant::now();
+        let executor = self.executor.name();
+        let mut place = match WORKER.take().filter(|place| place.evaluator == self.number) {
+            Some(place) => place,
+            None => {
+                let worker = self.executor.worker();
+                let worker = worker.map_err(|source| EvaluateError::Worker { executor, source })?;
+                Place { evaluator: self.number, worker, answers: Vec::new() }
             }
         };
-        let answers = vec![0.0; cases.len()];
-        let mut session =
-            Session { evaluator: self, worker, cases, answers, stop, progress, tally: Tally::default() };
-        while !stop.load(Ordering::Relaxed) {
-            let i = next.fetch_add(1, Ordering::Relaxed);
-            if i >= count {
-                break;
-            }
-            match work(&mut session, i) {
-                Ok(Some(result)) => share.done.push((i, result)),
-                Ok(None) => break,
-                Err(error) => {
-                    share.failed = Some((i, error));
-                    // The others need not go on.
-                    next.store(count, Ordering::Relaxed);
-                    break;
-                }
-            }
-            progress.fill();
-        }
-        share.tally = session.tally;
-        WORKER.set(Some((self.number, session.worker)));
-        share
-    }
-}
-
-struct Share<T> {
-    done: Vec<(usize, T)>,
-    tally: Tally,
-    failed: Option<(usize, EvaluateError)>,
-}
-
-/// A thread at work: its worker, its scratch space, its share of the time.
-pub(super) struct Session<'a> {
-    evaluator: &'a Evaluator,
-    worker: Box<dyn Worker>,
-    cases: &'a Cases,
-    answers: Vec<f32>,
-    stop: &'a AtomicBool,
-    progress: &'a Progress,
-    tally: Tally,
-}
-
-impl Session<'_> {
-    /// Whether the run shall end.
-    pub(super) fn stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-
-    /// The fitness cases.
-    pub(super) fn cases(&self) -> &Cases {
-        self.cases
-    }
-
-    /// Whether the executor runs lowered programs, so that looking at them costs nothing.
-    pub(super) fn lowers(&self) -> bool {
-        self.evaluator.executor.lowers()
-    }
-
-    /// Counts an individual that was evaluated, in whatever way.
-    pub(super) fn count_evaluation(&mut self) {
-        self.progress.evaluate();
-    }
-
-    /// Counts the lowering of a candidate that is not handed to [`Session::judge`].
-    pub(super) fn count_lowering(&mut self, candidate: &Candidate<'_>) {
-        self.tally.timing.lower += candidate.lowering();
-    }
-
-    /// What the candidate does on the cases, and if asked for, what its answers look like.
-    pub(super) fn judge(&mut self, candidate: &Candidate<'_>, looks: bool) -> Result<Verdict, EvaluateError> {
-        let lowered = self.lowers().then(|| candidate.program());
-        self.count_lowering(candidate);
-        if let Some(program) = lowered {
-            if let Some(answer) = program.constant_answer() {
-                self.answers.fill(answer);
-                return Ok(self.cases.verdict(&self.answers, looks));
-            }
-            let known = self.evaluator.cache.get(program);
-            if let Some(known) = known.filter(|k| k.looks.is_some() || !looks) {
-                return Ok(known);
-            }
-        }
-        let verdict = self.execute(candidate, looks)?;
-        if let Some(program) = lowered {
-            self.evaluator.cache.insert(program, verdict.clone());
-        }
-        Ok(verdict)
-    }
-
-    /// What the candidate does on the cases, by running it. Results of other cases than the training set must
-    /// not meet the cache.
-    pub(super) fn execute(
-        &mut self,
-        candidate: &Candidate<'_>,
-        looks: bool,
-    ) -> Result<Verdict, EvaluateError> {
-        let start = Instant::now();
-        let timing = self.worker.answers(candidate, &self.cases.set, &mut self.answers);
-        let timing = timing.map_err(|source| EvaluateError::Program {
-            executor: self.evaluator.executor.name(),
-            source,
-            program: candidate.individual().to_string(),
+        place.answers.resize(cases.len(), 0.0);
+        let timing = place.worker.answers(candidate, cases.set(), &mut place.answers);
+        let timing = timing.map_err(|source| {
+            let program = candidate.individual().to_string();
+            EvaluateError::Program { executor, source, program }
         })?;
-        let verdict = self.cases.verdict(&self.answers, looks);
-        // Lowering is counted above, whoever was the first to need it.
-        self.tally.timing += Timing { lower: Duration::ZERO, ..timing };
-        self.tally.executed += 1;
-        self.tally.uncached += start.elapsed() + candidate.lowering();
-        self.progress.execute();
-        Ok(verdict)
+        let verdict = cases.verdict(&place.answers, looks);
+        WORKER.set(Some(place));
+        let lowering = if self.lowers() { candidate.lowering() } else { Duration::ZERO };
+        Ok(Fresh { verdict, timing, time: start.elapsed() + lowering })
     }
 }

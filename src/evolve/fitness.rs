@@ -36,6 +36,11 @@ impl CaseBits {
         fits.then(|| CaseBits { words: words.into(), len: len as u32 })
     }
 
+    /// Bytes that a set of so many cases takes beside its own size: the words and two counts of references.
+    pub(super) const fn heap_bytes(len: usize) -> usize {
+        len.div_ceil(64) * size_of::<u64>() + 2 * size_of::<usize>()
+    }
+
     /// The words of 64 cases, the first case in the lowest bit.
     pub fn words(&self) -> &[u64] {
         &self.words

@@ -42,6 +42,7 @@ pub mod selection;
 
 mod breed;
 mod cache;
+mod cases;
 mod durable;
 mod evaluate;
 mod folder;
@@ -49,12 +50,14 @@ mod hall_of_fame;
 mod initial;
 mod lock;
 mod population;
+mod programs;
 mod progress;
 mod record;
 mod run;
 mod settings;
 mod settings_check;
 mod settings_draft;
+mod threads;
 
 pub use checkpoint::{CheckpointError, State};
 pub use durable::FileError;

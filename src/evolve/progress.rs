@@ -34,7 +34,7 @@ impl Progress {
         self.evaluations.load(Ordering::Relaxed)
     }
 
-    /// Programs run since this process began the run.
+    /// Programs run since this process began the run, those that turned out not to be needed included.
     pub fn executed(&self) -> u64 {
         self.executed.load(Ordering::Relaxed)
     }
@@ -45,12 +45,12 @@ impl Progress {
         self.slots.store(slots as u64, Ordering::Relaxed);
     }
 
-    pub(super) fn fill(&self) {
-        self.filled.fetch_add(1, Ordering::Relaxed);
+    pub(super) fn fill(&self, slots: u64) {
+        self.filled.fetch_add(slots, Ordering::Relaxed);
     }
 
-    pub(super) fn evaluate(&self) {
-        self.evaluations.fetch_add(1, Ordering::Relaxed);
+    pub(super) fn evaluate(&self, individuals: u64) {
+        self.evaluations.fetch_add(individuals, Ordering::Relaxed);
     }
 
     pub(super) fn execute(&self) {

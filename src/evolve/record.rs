@@ -40,6 +40,18 @@ pub struct Record {
     pub distinct_behaviours: u32,
     /// Share of the members that answer the same to every case.
     pub constant_share: f64,
+    /// Live operations (instructions that are no leaves) of a program before the optimiser, on average over the
+    /// individuals that were lowered for this generation: every draw of the initial one; later each offspring
+    /// that equals neither a parent nor an earlier offspring. 0 if there is none; absent from the records of
+    /// releases that did not count them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub operations_before: Option<f64>,
+    /// The same after the optimiser.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub operations_after: Option<f64>,
+    /// How many different programs these individuals are after the optimiser (told apart by 128 bits of hash).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distinct_optimised: Option<u64>,
     /// Draws of the initial generation; absent from all others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub initial: Option<InitialDraws>,
@@ -65,6 +77,12 @@ pub struct GenerationTiming {
     pub compile: f64,
     /// Running programs on the cases, summed over the threads.
     pub execute: f64,
+    /// Evaluation from the first draw or lowering to the last result, as the clock has it.
+    #[serde(default)]
+    pub evaluate: f64,
+    /// Share of the threads' time of evaluation in which they were at work, 0 to 1.
+    #[serde(default)]
+    pub busy: f64,
     /// Selecting and breeding, as the clock has it.
     pub breed: f64,
     /// Statistics of the generation, as the clock has it.
@@ -73,7 +91,8 @@ pub struct GenerationTiming {
     pub save: f64,
     /// The whole generation, as the clock has it.
     pub wall: f64,
-    /// Programs that were run; all other results were known.
+    /// Programs that were run; all other results were known. It is the same for any number of threads and all
+    /// executors but `tree`, which knows no results; after a resume it is higher for a while.
     pub executed: u64,
     /// Milliseconds that a program that had to be run cost, from lowering to answers; 0 if there was none.
     pub ms_per_uncached: f64,
@@ -125,6 +144,9 @@ impl Record {
             distinct_programs: distinct as u32,
             distinct_behaviours: behaviours.len() as u32,
             constant_share: constant as f64 / count,
+            operations_before: None,
+            operations_after: None,
+            distinct_optimised: None,
             initial,
             timing: GenerationTiming::default(),
         }

@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::breed::{Offspring, breed};
+use super::cases::Cases;
 use super::checkpoint::{Origin, State};
-use super::evaluate::{Cases, EvaluateError, Evaluator, Session, Tally};
+use super::evaluate::{EvaluateError, Evaluator, Tally, Task};
 use super::folder::{FolderError, RunFolder};
 use super::hall_of_fame::HallOfFame;
-use super::initial;
+use super::initial::{self, Initial};
 use super::population::{Genotype, Member};
 use super::progress::Progress;
 use super::record::{GenerationTiming, InitialDraws, Record};
@@ -44,6 +45,9 @@ pub enum StopReason {
     /// The stop flag was set: the running generation is discarded, all before it is recorded.
     Interrupted,
 }
+
+/// Bytes of programs whose results are remembered, unless it is said otherwise.
+const CACHE_BYTES: usize = 256 << 20;
 
 /// A run of evolution.
 ///
@@ -102,13 +106,14 @@ impl Evolution {
         threads: usize,
     ) -> Result<Evolution, RunError> {
         settings.validate()?;
+        let creator = Creator::new(&settings.create_settings())?;
         let cases = Cases::new(train, settings.tolerance);
         cases.keep_strips(Evolution::STRIP_BYTES);
         Ok(Evolution {
-            creator: Creator::new(&settings.create_settings())?,
+            creator,
             crossover: settings.crossover_settings(),
+            evaluator: Evaluator::new(executor, threads, cases.len(), CACHE_BYTES)?,
             cases,
-            evaluator: Evaluator::new(executor, threads)?,
             origin: Origin { settings: settings.fingerprint(), data: train.fingerprint() },
             settings,
             state: None,
@@ -152,6 +157,12 @@ impl Evolution {
     /// ([`CaseSet::keep_strips`](crate::vision::CaseSet::keep_strips)). It changes nothing but the time.
     pub fn keep_strips(&self, bytes: usize) {
         self.cases.keep_strips(bytes);
+    }
+
+    /// Bounds the memory for results of programs that were run (256 MiB unless it is said here), and forgets
+    /// those there are. It changes nothing but the time the run takes.
+    pub fn limit_cache(&mut self, bytes: usize) {
+        self.evaluator.limit_cache(self.cases.len(), bytes);
     }
 
     /// The settings.
@@ -235,23 +246,22 @@ impl Evolution {
         self.folder.as_ref().map_or(Ok(()), RunFolder::sync)
     }
 
+    /// The evaluation of a generation.
+    fn task<'a>(&'a self, generation: u32, looks: bool, stop: &'a AtomicBool) -> Task<'a> {
+        Task { cases: &self.cases, generation, looks, stop, progress: &self.progress }
+    }
+
     /// The initial generation.
     fn first(&self, stop: &AtomicBool) -> Result<Option<Generation>, RunError> {
-        let slots = self.settings.population as usize;
-        self.progress.begin(0, slots);
-        let fill = |session: &mut Session<'_>, slot| {
-            initial::fill(session, &self.settings, &self.creator, slot as u32)
-        };
-        let (filled, tally) = self.evaluator.each(slots, &self.cases, stop, &self.progress, fill)?;
-        let Some(filled) = filled else { return Ok(None) };
-        let mut draws = InitialDraws::default();
-        for slot in &filled {
-            draws.draws += slot.draws.draws;
-            draws.unfit_kept += slot.draws.unfit_kept;
-        }
-        let members = filled.into_iter().map(|slot| slot.member).collect();
-        let evaluations = draws.draws;
-        Ok(Some(Generation { members, evaluations, initial: Some(draws), tally, breed_seconds: 0.0 }))
+        let start = Instant::now();
+        self.progress.begin(0, self.settings.population as usize);
+        let task = self.task(0, self.settings.filter.enabled, stop);
+        let mut tally = Tally::default();
+        let initial = initial::create(&self.evaluator, &self.settings, &self.creator, task, &mut tally)?;
+        let Some(Initial { members, draws }) = initial else { return Ok(None) };
+        let evaluate = start.elapsed();
+        let (evaluations, initial) = (draws.draws, Some(draws));
+        Ok(Some(Generation { members, evaluations, initial, tally, evaluate, breed: Duration::ZERO }))
     }
 
     /// The generation after `state`.
@@ -261,21 +271,20 @@ impl Evolution {
         let generation = state.records.len() as u32;
         let scores = scores(self.settings.selection.kind, parents);
         let breed = || breed(parents, &scores, &self.settings, &self.crossover, generation);
-        let offspring = self.evaluator.pool().install(breed);
+        let offspring = self.evaluator.threads().pool().install(breed);
         // What equals a parent or an earlier offspring needs no evaluation of its own.
         let all: Vec<&Genotype> =
             parents.iter().map(|m| &m.genotype).chain(offspring.iter().map(|o| &o.genotype)).collect();
         let firsts = Genotype::representatives(&all);
         let new: Vec<usize> = (parents.len()..all.len()).filter(|&i| firsts[i] == i).collect();
-        let breed_seconds = start.elapsed().as_secs_f64();
+        let breed = start.elapsed();
         self.progress.begin(generation, new.len());
-        let judge = |session: &mut Session<'_>, n: usize| {
-            session.count_evaluation();
-            let candidate = session.cases().candidate(all[new[n]].individual());
-            Ok(Some(session.judge(&candidate, false)?.outcome))
-        };
-        let (outcomes, tally) = self.evaluator.each(new.len(), &self.cases, stop, &self.progress, judge)?;
+        let individuals: Vec<&Individual> = new.iter().map(|&i| all[i].individual()).collect();
+        let mut tally = Tally::default();
+        let task = self.task(generation, false, stop);
+        let outcomes = self.evaluator.evaluate(&individuals, task, &mut tally)?;
         let Some(outcomes) = outcomes else { return Ok(None) };
+        let evaluate = start.elapsed() - breed;
         let evaluations = offspring.iter().filter(|o| o.copy_of.is_none()).count() as u64;
         let outcome = |i: usize| match firsts[parents.len() + i] {
             first if first < parents.len() => parents[first].outcome.clone(),
@@ -284,7 +293,7 @@ impl Evolution {
         };
         let member = |(i, o): (usize, Offspring)| Member { genotype: o.genotype, outcome: outcome(i) };
         let members = offspring.into_iter().enumerate().map(member).collect();
-        Ok(Some(Generation { members, evaluations, initial: None, tally, breed_seconds }))
+        Ok(Some(Generation { members, evaluations, initial: None, tally, evaluate, breed }))
     }
 
     /// The state with one generation more.
@@ -301,12 +310,18 @@ impl Evolution {
         for member in &new.members {
             hall_of_fame.offer(member.individual(), member.correct(), generation);
         }
-        let Tally { timing, executed, uncached } = new.tally;
+        let Tally { timing, usage, executed, uncached, programs } = new.tally;
+        programs.tell(&mut record);
+        let (threads, evaluate) = (self.evaluator.threads().count() as f64, new.evaluate.as_secs_f64());
+        // Between the shares of all threads one is at work.
+        let busy = usage.work + new.evaluate.saturating_sub(usage.wall);
         record.timing = GenerationTiming {
             lower: timing.lower.as_secs_f64(),
             compile: timing.compile.as_secs_f64(),
             execute: timing.execute.as_secs_f64(),
-            breed: new.breed_seconds,
+            evaluate,
+            busy: (busy.as_secs_f64() / (threads * evaluate).max(1e-9)).min(1.0),
+            breed: new.breed.as_secs_f64(),
             record: recording.elapsed().as_secs_f64(),
             save: self.save_seconds,
             wall: start.elapsed().as_secs_f64(),
@@ -345,13 +360,7 @@ impl Evolution {
     /// If it cannot be evaluated.
     pub fn score(&self, individual: &Individual, data: &Dataset) -> Result<Score, RunError> {
         let cases = Cases::new(data, self.settings.tolerance);
-        let never = AtomicBool::new(false);
-        let run = |session: &mut Session<'_>, _| {
-            let candidate = session.cases().candidate(individual);
-            Ok(Some(session.execute(&candidate, false)?.outcome.solved.count()))
-        };
-        let (correct, _) = self.evaluator.each(1, &cases, &never, &Progress::default(), run)?;
-        let correct = correct.and_then(|c| c.first().copied()).unwrap_or(0);
+        let correct = self.evaluator.score(individual, &cases)?.outcome.solved.count();
         Ok(Score::new(correct, cases.len() as u32))
     }
 }
@@ -368,5 +377,6 @@ struct Generation {
     evaluations: u64,
     initial: Option<InitialDraws>,
     tally: Tally,
-    breed_seconds: f64,
+    evaluate: Duration,
+    breed: Duration,
 }

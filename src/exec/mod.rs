@@ -3,7 +3,8 @@
 //! All of them give the same bits. `tree` walks the individual itself, straight from the specification, and is
 //! the judge of what a program means; the others start from the lowered, optimised IR program.
 
-use std::cell::{OnceCell, RefCell};
+use std::cell::RefCell;
+use std::sync::OnceLock;
 use std::time::Duration;
 
 use vsonar_ir::Program;
@@ -22,13 +23,13 @@ mod strips;
 pub mod tree;
 
 /// An individual to be executed, with its program lowered and optimised when first asked for, so that the
-/// walker never lowers.
+/// walker never lowers. Threads may share it.
 #[derive(Debug)]
 pub struct Candidate<'a> {
     individual: &'a Individual,
     width: u32,
     height: u32,
-    lowered: OnceCell<Lowered>,
+    lowered: OnceLock<Lowered>,
 }
 
 /// What lowering and optimising gave.
@@ -47,7 +48,7 @@ thread_local! {
 impl<'a> Candidate<'a> {
     /// A candidate for images of `width` x `height` pixels.
     pub fn new(individual: &'a Individual, width: u32, height: u32) -> Candidate<'a> {
-        Candidate { individual, width, height, lowered: OnceCell::new() }
+        Candidate { individual, width, height, lowered: OnceLock::new() }
     }
 
     /// Width and height of the images, in pixels.
@@ -171,7 +172,8 @@ pub trait Executor: Send + Sync {
     /// The name in `--executor`.
     fn name(&self) -> &'static str;
 
-    /// Whether it runs lowered, optimised programs. If not, whoever uses it need not lower for its own sake.
+    /// Whether it runs lowered, optimised programs. If not, whoever uses it runs every individual, and takes no
+    /// answer from the program.
     fn lowers(&self) -> bool {
         true
     }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use vsonar::evolve::checkpoint::{self, CheckpointError, Origin};
-use vsonar::evolve::{Evolution, FolderError, RunError, RunFolder, State};
+use vsonar::evolve::{Evolution, FolderError, Record, RunError, RunFolder, State};
 
 use crate::common::*;
 
@@ -28,6 +28,48 @@ fn decode(bytes: &[u8]) -> Result<State, CheckpointError> {
 fn round_trip() {
     let state = small_state();
     assert!(decode(&checkpoint::encode(&state, ORIGIN)).expect("sound") == state);
+}
+
+/// Releases that did not count operations wrote such lines; a checkpoint holds them as they stand in the log.
+#[test]
+fn records_of_earlier_releases() {
+    let timing = r#"{"lower":0.5,"compile":0.25,"execute":2.5,"breed":0.0,"record":0.125,"save":0.0,"wall":1.5,"executed":9,"ms_per_uncached":0.5}"#;
+    let line = format!(
+        r#"{{"generation":0,"best_fitness":0.5,"mean_fitness":0.25,"median_fitness":0.0,"best_fitness_so_far":0.5,"evaluations":7,"evaluations_total":7,"best_nodes":70,"mean_nodes":12.5,"max_nodes":73,"mean_depth":8.5,"max_depth":9,"distinct_programs":7,"distinct_behaviours":3,"constant_share":0.0,"initial":{{"draws":7,"unfit_kept":0}},"timing":{timing}}}"#
+    );
+    let record: Record = serde_json::from_str(&line).expect("a record");
+    assert_eq!((record.operations_before, record.operations_after), (None, None));
+    assert_eq!((record.distinct_optimised, record.timing.evaluate, record.timing.busy), (None, 0.0, 0.0));
+    let mut state = small_state();
+    state.records[0] = record.clone();
+    let read = decode(&checkpoint::encode(&state, ORIGIN)).expect("sound");
+    assert!(read == state);
+    // What was not counted is not made up when the log is written again.
+    let again = serde_json::to_value(&read.records[0]).expect("JSON");
+    assert!(again.get("operations_before").is_none() && again.get("distinct_optimised").is_none());
+}
+
+/// A run begun by such a release goes on, and only its earlier records lack the numbers.
+#[test]
+fn a_run_of_an_earlier_release_goes_on() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let (whole, begun) = (dir.path().join("whole"), dir.path().join("begun"));
+    let expected = run_in(&whole, &settings(), reference(), 2).without_timing();
+    let mut short = settings();
+    short.generations = 2;
+    let mut state = run_in(&begun, &short, reference(), 2);
+    for record in &mut state.records {
+        (record.operations_before, record.operations_after, record.distinct_optimised) = (None, None, None);
+    }
+    let origin = Origin { settings: short.fingerprint(), data: dataset().fingerprint() };
+    fs::write(begun.join("checkpoint"), checkpoint::encode(&state, origin)).expect("writable");
+    let (folder, recorded) = RunFolder::open(&begun).expect("a run folder");
+    let longer = recorded.extended(5).expect("more is allowed");
+    let mut run = Evolution::in_folder(folder, &dataset(), longer, reference(), 2).expect("a run");
+    run.run(&never(), |_| ()).expect("no error");
+    let found = run.state().expect("a state").without_timing();
+    assert!(found.population == expected.population && found.records[2..] == expected.records[2..]);
+    assert!(found.records[..2].iter().all(|r| r.operations_before.is_none()));
 }
 
 #[test]

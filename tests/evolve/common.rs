@@ -8,6 +8,7 @@ use image::{GrayImage, Luma};
 use vsonar::dataset::{Case, Dataset, NamedImage};
 use vsonar::evolve::{Evolution, RunFolder, Settings, State, StopReason};
 use vsonar::exec::Executor;
+use vsonar::exec::batch::BatchExecutor;
 use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
 use vsonar::exec::reference::ReferenceExecutor;
 use vsonar::exec::tree::TreeExecutor;
@@ -52,7 +53,8 @@ pub(crate) fn executors() -> Vec<Arc<dyn Executor>> {
     let compiled = |shape| -> Arc<dyn Executor> {
         Arc::new(CraneliftExecutor::new(shape).expect("this machine has a code generator"))
     };
-    vec![reference(), Arc::new(TreeExecutor), compiled(Shape::Scalar), compiled(Shape::Lanes4)]
+    let batch = Arc::new(BatchExecutor::widest());
+    vec![reference(), Arc::new(TreeExecutor), compiled(Shape::Scalar), compiled(Shape::Lanes4), batch]
 }
 
 pub(crate) fn never() -> AtomicBool {
@@ -66,6 +68,11 @@ pub(crate) fn run_in(path: &Path, settings: &Settings, executor: Arc<dyn Executo
         Evolution::in_folder(folder, &dataset(), settings.clone(), executor, threads).expect("a run");
     assert_eq!(run.run(&never(), |_| ()).expect("no error"), StopReason::Finished);
     run.state().expect("a state").clone()
+}
+
+/// How many programs were run for each generation.
+pub(crate) fn executed(state: &State) -> Vec<u64> {
+    state.records.iter().map(|record| record.timing.executed).collect()
 }
 
 /// Goes on with the run of a folder.

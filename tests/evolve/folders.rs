@@ -152,16 +152,26 @@ fn what_is_recorded() {
     let lines: Vec<serde_json::Value> =
         read(&path, "log.jsonl").lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
     assert_eq!(lines.len(), 5);
-    let mut total = 0;
+    let (mut total, mut operations) = (0, 0.0);
     for (generation, line) in lines.iter().enumerate() {
         assert_eq!(line["generation"], generation);
         total += line["evaluations"].as_u64().expect("a number");
         assert_eq!(line["evaluations_total"], total);
         assert_eq!(line.get("initial").is_some(), generation == 0);
-        for field in ["lower", "compile", "execute", "breed", "wall", "ms_per_uncached"] {
+        for field in ["lower", "compile", "execute", "evaluate", "busy", "breed", "wall", "ms_per_uncached"] {
             assert!(line["timing"][field].as_f64().expect("a number") >= 0.0, "{field}");
         }
+        let number = |field: &str| line[field].as_f64().expect("a number");
+        let (before, after) = (number("operations_before"), number("operations_after"));
+        assert!(after < before, "{after} operations of {before}");
+        operations += after;
+        let distinct = number("distinct_optimised");
+        assert!(distinct >= 1.0 && distinct <= number("evaluations"), "{distinct}");
+        let timing = |field: &str| line["timing"][field].as_f64().expect("a number");
+        assert!(timing("busy") > 0.0 && timing("busy") <= 1.0, "{}", timing("busy"));
+        assert!(timing("evaluate") <= timing("wall"));
     }
+    assert!(operations > 0.0);
     assert_eq!(lines[0]["initial"]["draws"], lines[0]["evaluations"]);
     let best = state.hall_of_fame.best().expect("a best");
     assert_eq!(lines[4]["best_fitness_so_far"], f64::from(best.correct) / 24.0);
