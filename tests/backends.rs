@@ -43,12 +43,7 @@ fn cases(seed: u64, n: usize, width: u32, height: u32) -> CaseSet {
 }
 
 /// Compares all answers with the reference's; how many there were.
-fn compare(
-    workers: &mut [(String, Run)],
-    program: &Program,
-    cases: &CaseSet,
-    what: &str,
-) -> usize {
+fn compare(workers: &mut [(String, Run)], program: &Program, cases: &CaseSet, what: &str) -> usize {
     let expected: Vec<f32> = (0..cases.len())
         .map(|i| reference::answer(program, cases.image(i), cases.lanes()[i].column as f32))
         .collect();

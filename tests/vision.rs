@@ -291,7 +291,8 @@ fn gathering_follows_each_lanes_column_and_touches_nothing_else() {
 fn gathering_some_positions_leaves_the_others() {
     let (width, height) = (40, 161);
     let cases = case_set(15, width, height);
-    let (rect, operand) = (Rect::new(3, 6).expect("in the list"), Operand::from_name("median-sq").expect("one"));
+    let (rect, operand) =
+        (Rect::new(3, 6).expect("in the list"), Operand::from_name("median-sq").expect("one"));
     let columns: [u32; LANES] = std::array::from_fn(|l| 1 + (l as u32 * 7) % 38);
     let len = strip_len(rect, height);
     let strip = |arena: &[f32]| arena[usize::from(operand.index()) * len..][..len].to_vec();

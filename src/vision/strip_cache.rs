@@ -153,7 +153,8 @@ impl Shard {
                 asked: 0,
                 strips: Arc::new(CachedStrips { strips: [const { OnceLock::new() }; Operand::COUNT] }),
             });
-            let bytes = KEY_BYTES + known.strips.strips.iter().filter_map(OnceLock::get).count() * strip_bytes;
+            let bytes =
+                KEY_BYTES + known.strips.strips.iter().filter_map(OnceLock::get).count() * strip_bytes;
             if self.bytes + bytes > limit {
                 self.old = std::mem::take(&mut self.young);
                 self.bytes = 0;

@@ -123,7 +123,8 @@ impl State {
     fn choose(&mut self, features: &Features) -> Choice {
         self.programs += 1;
         let (batch, jit) = (self.batch.predict(features), self.jit.predict(features));
-        let (better, other) = if batch <= jit { (Choice::Batch, Choice::Jit) } else { (Choice::Jit, Choice::Batch) };
+        let (better, other) =
+            if batch <= jit { (Choice::Batch, Choice::Jit) } else { (Choice::Jit, Choice::Batch) };
         let explore = match batch.max(jit) <= CLOSE * batch.min(jit) {
             true => EXPLORE_CLOSE,
             false => EXPLORE_FAR,

@@ -98,7 +98,8 @@ mod tests {
     }
 
     fn time(features: &Features) -> f64 {
-        5.0 + features.iter().enumerate().map(|(i, f)| (i + 1) as f64 * f).sum::<f64>() - 5.0 * features[0].min(1.0)
+        5.0 + features.iter().enumerate().map(|(i, f)| (i + 1) as f64 * f).sum::<f64>()
+            - 5.0 * features[0].min(1.0)
     }
 
     #[test]

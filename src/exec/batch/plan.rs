@@ -91,13 +91,7 @@ impl Planner {
     }
 
     /// Fills the plan of a loop whose wanted final registers are these.
-    pub(super) fn plan(
-        &mut self,
-        l: &Loop,
-        wanted: &[bool; 5],
-        slots: &mut Slots,
-        plan: &mut LoopPlan,
-    ) {
+    pub(super) fn plan(&mut self, l: &Loop, wanted: &[bool; 5], slots: &mut Slots, plan: &mut LoopPlan) {
         plan.clear();
         self.column(l, slots, plan);
         self.find_last_uses(l);
@@ -202,7 +196,6 @@ impl Planner {
         Place::Slot(slot)
     }
 
-    #[expect(clippy::too_many_arguments, reason = "what a plan is made of")]
     fn operation(
         &mut self,
         reg: Reg,
@@ -272,13 +265,7 @@ impl Planner {
     }
 
     /// Assigns the carried registers that are not written directly, all at once in effect.
-    fn assign(
-        &mut self,
-        l: &Loop,
-        direct: &[Option<Reg>; 5],
-        slots: &mut Slots,
-        plan: &mut LoopPlan,
-    ) {
+    fn assign(&mut self, l: &Loop, direct: &[Option<Reg>; 5], slots: &mut Slots, plan: &mut LoopPlan) {
         let mut moves: [Option<Step>; 5] = [None; 5];
         for k in 0..5 {
             let Some(reg) = l.next()[k].filter(|_| direct[k].is_none()) else { continue };

@@ -21,7 +21,7 @@ impl Vectors {
 
     /// The widest that this machine has.
     pub fn widest() -> Vectors {
-        Vectors::ALL.into_iter().filter(|v| v.is_available()).next_back().unwrap_or(Vectors::Scalar)
+        Vectors::ALL.into_iter().rfind(|v| v.is_available()).unwrap_or(Vectors::Scalar)
     }
 
     /// Whether this machine has it.

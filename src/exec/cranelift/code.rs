@@ -92,8 +92,15 @@ impl Code<'_> {
     /// If the program has no such loop, or the strips are too short.
     pub(crate) fn run_loop(&self, first: bool, block: &mut LaneBlock, len: usize, strips: &StripTable<'_>) {
         let part = self.part(first).expect("the program has this loop");
-        for (number, strip) in strips.iter().enumerate().filter(|(number, _)| part.operands >> number & 1 == 1) {
-            assert!(strip.len() >= part.strip_len, "strip {number}: {} values, not {}", strip.len(), part.strip_len);
+        for (number, strip) in
+            strips.iter().enumerate().filter(|(number, _)| part.operands >> number & 1 == 1)
+        {
+            assert!(
+                strip.len() >= part.strip_len,
+                "strip {number}: {} values, not {}",
+                strip.len(),
+                part.strip_len
+            );
         }
         self.call(part.body, block, len, strips);
     }
