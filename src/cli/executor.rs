@@ -17,7 +17,7 @@ use super::CliError;
 /// The executors; their names are those of the library.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Choice {
-    /// Batch or cranelift for each program, whichever is expected to be faster
+    /// For each program batch or cranelift, whichever is expected to be done first
     Auto,
     /// An interpreter on vectors of fitness cases, the widest of this machine; compiles nothing
     Batch,
@@ -32,7 +32,7 @@ pub(crate) enum Choice {
     Batch128,
     /// The same, one case at a time
     BatchScalar,
-    /// Native code, four fitness cases at a time: the fastest
+    /// Native code, four fitness cases at a time
     Cranelift,
     /// Native code, one case at a time
     CraneliftScalar,

@@ -71,7 +71,7 @@ fn monsters_are_refused() {
     // As deep as is allowed is no monster, on every executor.
     let deep = format!("{}y{}", "(sin ".repeat(990), ")".repeat(990));
     place.write("deep.gp", body(&format!("(set-a {deep})")));
-    let answers: Vec<String> = ["tree", "reference", "cranelift-scalar", "cranelift"]
+    let answers: Vec<String> = ["tree", "reference", "cranelift-scalar", "cranelift", "batch", "auto"]
         .map(|e| place.ok(&["eval", "deep.gp", "--data", "data", "--answers", "-", "--executor", e]))
         .into();
     assert!(answers.iter().all(|a| *a == answers[0]));

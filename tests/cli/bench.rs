@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::common::*;
 
-/// The executors of every machine that this is tested on, as the help lists them.
+/// The executors, as the help lists them.
 fn executors(place: &Place) -> Vec<String> {
     let help = place.ok(&["bench", "--help"]);
     let rest = help.split("--executors").nth(1).expect("a flag");
@@ -52,8 +52,10 @@ fn tables_have_a_row_for_each_executor() {
     assert!(executors.len() >= 4, "{executors:?}");
     for executor in executors {
         let rows = text.lines().filter(|line| line.split_whitespace().next() == Some(&executor)).count();
-        // Three generations and the cases; and what compiles, break-even in each generation.
-        assert!([4, 7].contains(&rows), "{executor}: {rows} rows in {text}");
+        // Three generations and the cases; and what compiles, break-even in each generation. Of the widths of
+        // vectors the machine need not have all, and the widest goes by its short name.
+        let width = executor.starts_with("batch-");
+        assert!([4, 7].contains(&rows) || width && rows == 0, "{executor}: {rows} rows in {text}");
         assert!(executor != "cranelift" || rows == 7, "{text}");
     }
     for part in

@@ -6,7 +6,8 @@ use vsonar::tree::Individual;
 
 use crate::common::*;
 
-const EXECUTORS: [&str; 4] = ["tree", "reference", "cranelift-scalar", "cranelift"];
+const EXECUTORS: [&str; 7] =
+    ["tree", "reference", "cranelift-scalar", "cranelift", "batch-scalar", "batch", "auto"];
 
 fn eval(place: &Place, program: &str, more: &[&str]) -> Value {
     let body = format!("(individual (iterate-up 3x3 x-obstacle {program}))");

@@ -121,7 +121,7 @@ fn quiet_prints_only_the_summary() {
 fn threads_and_executors_change_nothing() {
     let place = Place::new();
     let mut expected = None;
-    for executor in ["cranelift", "cranelift-scalar", "reference", "tree"] {
+    for executor in ["auto", "batch", "batch-scalar", "cranelift", "cranelift-scalar", "reference", "tree"] {
         for threads in ["1", "2"] {
             let out = format!("{executor}-{threads}");
             place.ok(&tiny(&["--executor", executor, "--threads", threads, "--out", &out]));

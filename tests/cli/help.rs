@@ -82,7 +82,7 @@ fn stated_defaults_of_settings_are_the_real_ones() {
         ("--generations", "51; without".to_string()),
         ("--trees", defaults.trees.to_string()),
         ("--tolerance", defaults.tolerance.to_string()),
-        ("--executor", "cranelift".to_string()),
+        ("--executor", "auto".to_string()),
     ] {
         let said = of_flag(&text, flag);
         assert!(said.contains(&format!("[default: {value}")), "{said}");
@@ -132,7 +132,7 @@ fn the_smaller_defaults_without_data_are_the_real_ones() {
 #[test]
 fn other_stated_defaults_are_the_real_ones() {
     assert!(of_flag(&help(&["eval"]), "--tolerance").contains(&format!("[default: {TOLERANCE}]")));
-    assert!(of_flag(&help(&["eval"]), "--executor").contains("[default: cranelift]"));
+    assert!(of_flag(&help(&["eval"]), "--executor").contains("[default: auto]"));
     assert!(of_flag(&help(&["data", "synth"]), "--frames").contains(&format!("[default: {FRAMES}]")));
     for command in ["evolve", "eval", "show", "bench"] {
         // The number itself is tested where it is computed.
