@@ -18,8 +18,9 @@ const PNG_SCALE: u32 = 2;
 /// Dots of an executor, at most, so that an SVG stays small.
 const DOTS: usize = 200;
 
-/// The colours of executors, in their order: Okabe and Ito's, which differ for colour-blind people too.
-const COLOURS: [RGBColor; 8] = [
+/// The colours of executors, in their order: Okabe and Ito's, which differ for colour-blind people too, then
+/// more for machines with many.
+const COLOURS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -28,6 +29,10 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(230, 159, 0),
     RGBColor(0, 0, 0),
     RGBColor(150, 140, 20),
+    RGBColor(140, 70, 30),
+    RGBColor(110, 80, 180),
+    RGBColor(130, 130, 130),
+    RGBColor(190, 30, 60),
 ];
 
 /// A plot could not be drawn.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 use vsonar::dataset;
+use vsonar::ir::Program;
 use vsonar::world::{Corridor, FRAMES};
 
 use super::output::{self, count, shell_word};
@@ -50,7 +51,19 @@ enum Command {
         /// How many images
         #[arg(long, value_name = "N", default_value_t = FRAMES)]
         frames: usize,
+        /// Width and height of the images in pixels
+        #[arg(long, value_name = "WxH", value_parser = size, default_value = "320x240")]
+        size: (u32, u32),
     },
+}
+
+/// An image size, as in 320x240.
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let (min, max) = (Program::MIN_SIDE, Program::MAX_SIDE);
+    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    sides
+        .filter(|&(width, height)| Program::fits(width, height))
+        .ok_or_else(|| format!("give width and height, {min} to {max} pixels each, as in 320x240"))
 }
 
 /// Checks or writes a folder.
@@ -65,7 +78,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             }
             if report.is_sound() { Ok(()) } else { Err(CliError::Negative) }
         }
-        Command::Synth { dir, seed, frames } => {
+        Command::Synth { dir, seed, frames, size: (width, height) } => {
             if dir.symlink_metadata().is_ok() {
                 let text = format!(
                     "{}: exists already and is never overwritten; choose another name",
@@ -73,7 +86,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
                 );
                 return Err(CliError::Failed(text));
             }
-            let set = Corridor::default().render(seed, frames)?;
+            let set = Corridor { width, height, ..Corridor::default() }.render(seed, frames)?;
             set.save(&dir)?;
             output::print(&format!(
                 "{}: {} of {} x {} pixels, {}\nNext: vsonar evolve --data {}\n",

@@ -95,6 +95,10 @@ fn a_run_folder_is_never_overwritten() {
     assert!(place.fails(1, &["evolve", "--resume", "empty"]).contains("not a run folder"));
     assert!(place.fails(1, &["evolve", "--resume", "nowhere"]).contains("nowhere"));
     assert!(place.fails(1, &["data", "synth", "data"]).contains("never overwritten"));
+    for size in ["320", "320x", "x", "15x240", "320x65537", "-1x5", "1e3x10"] {
+        let complaint = place.fails(2, &["data", "synth", "new", "--size", size]);
+        assert!(complaint.contains("as in 320x240") && !place.path("new").exists(), "{complaint}");
+    }
 }
 
 #[test]

@@ -254,6 +254,8 @@ fn without_data_there_is_a_corridor() {
     place.ok(&["evolve", "--settings", "runs/synthetic-seed-1/settings.toml", "--out", "again"]);
     assert_eq!(recorded(&place.path("again")), recorded(&place.path("runs/synthetic-seed-1")));
     // The same images as a folder give the same run.
+    let text = place.ok(&["data", "synth", "small", "--size", "48x32", "--frames", "2"]);
+    assert!(text.contains("2 images of 48 x 32 pixels, 12 cases"), "{text}");
     place.ok(&["data", "synth", "corridor"]);
     place.ok(&[&["evolve", "--data", "corridor", "--out", "folder"], &small[..]].concat());
     assert_eq!(recorded(&place.path("folder")).log[0], recorded(&place.path("runs/synthetic-seed-1")).log[0]);
