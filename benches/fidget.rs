@@ -1,7 +1,7 @@
 //! Our executors against the JIT of the crate `fidget` (AVX2 or NEON) on straight expressions, in one run.
 //!
 //! What is compared: random expression trees of 30 operators, half of their kind `+ - *` alone, the others with
-//! `sin` and `cos` among them, each evaluated on 10,048 rows of eight binary32 variables, on one thread, every
+//! `sin` and `cos` among them, each evaluated on 10,112 rows of eight binary32 variables, on one thread, every
 //! expression compiled anew, the engines taking turns. GPop/s are operators of the tree as it was drawn, times rows,
 //! by the time of execution; what an engine's optimiser saves counts for it.
 //!
@@ -42,9 +42,9 @@ const EXPRESSIONS: u64 = 100;
 const OPERATORS: usize = 30;
 /// Rounds in which the engines take turns.
 const ROUNDS: usize = 9;
-const WIDTH: u32 = 128;
+const WIDTH: u32 = 256;
 /// As high as 10,000 rows need.
-const HEIGHT: u32 = 158;
+const HEIGHT: u32 = 80;
 /// What stands for the variables.
 const VARIABLES: [&str; 8] = [
     "raw",

@@ -198,16 +198,16 @@ fn strips_are_averages() {
     }
 }
 
-/// 77 cases on three images, both edges among their columns.
+/// 141 cases on three images, both edges among their columns.
 fn case_set(seed: u64, width: u32, height: u32) -> CaseSet {
     let images = (0..3).map(|i| Arc::new(WindowSums::new(&noise(seed + i, width, height)))).collect();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let lanes = (0..77u32)
+    let lanes = (0..141u32)
         .map(|i| Lane {
             image: rng.random_range(0..3u32),
             column: match i {
                 0 => 0,
-                1 | 76 => width - 1,
+                1 | 140 => width - 1,
                 _ => rng.random_range(0..width),
             },
         })
@@ -246,11 +246,11 @@ fn check_arena(
 fn arenas_hold_the_columns_asked_for() {
     let (width, height) = (40, 90);
     let cases = case_set(11, width, height);
-    assert_eq!((cases.width(), cases.height(), cases.len(), cases.groups()), (width, height, 77, 2));
-    assert_eq!([0, 1].map(|g| cases.group_len(g)), [64, 13]);
+    assert_eq!((cases.width(), cases.height(), cases.len(), cases.groups()), (width, height, 141, 2));
+    assert_eq!([0, 1].map(|g| cases.group_len(g)), [128, 13]);
     let all: Vec<Operand> = Operand::all().collect();
     for group in 0..2 {
-        let asked: [u32; LANES] = std::array::from_fn(|l| cases.lanes()[(group * LANES + l).min(76)].column);
+        let asked: [u32; LANES] = std::array::from_fn(|l| cases.lanes()[(group * LANES + l).min(140)].column);
         assert_eq!(cases.x_obstacle(group), &asked.map(|c| c as f32));
         for rect in Rect::all() {
             let (lo, hi) = rect.columns(width);
@@ -342,15 +342,15 @@ fn strips_are_forgotten_for_others() {
     let cases = case_set(17, 40, 90);
     let rect = Rect::new(2, 2).expect("in the list");
     let raw = [Operand::from_name("raw").expect("one")];
-    // Room for a few of 23 kB.
-    cases.keep_strips(400 << 10);
+    // Room for a few of 46 kB.
+    cases.keep_strips(800 << 10);
     let ask = |x: u32| cases.cached_strips(0, rect, &[x; LANES], &raw);
     let kept = |x: u32| (0..2).any(|_| ask(x).is_some());
     assert!(kept(0));
     let first = ask(0).expect("still there");
     let value = first.strip(raw[0])[17];
     (1..39).for_each(|x| assert!(kept(x)));
-    assert!(ask(0).is_none(), "38 others of 23 kB came since, but there is room for 200 kB");
+    assert!(ask(0).is_none(), "38 others of 46 kB came since, but there is room for 400 kB");
     // What is in use stays as it is.
     assert_eq!(first.strip(raw[0])[17], value);
 }

@@ -24,7 +24,7 @@ use super::strip_cache::{CachedStrips, StripCache};
 use super::sums::WindowSums;
 
 /// Lanes in a group.
-pub const LANES: usize = 64;
+pub const LANES: usize = 128;
 
 /// One fitness case, without its label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

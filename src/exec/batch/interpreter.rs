@@ -139,6 +139,7 @@ impl Interpreter {
         }
         self.instructions.run(Straight(&plan.invariant));
         let (rect, height) = (l.rect(), cases.height());
+        let half = cases.group_len(group) <= LANES / 2;
         let positions = positions(l, height);
         let whole = match (reads, own) {
             (false, _) => Some(Strips::None),
@@ -147,7 +148,7 @@ impl Interpreter {
         };
         if let Some(strips) = whole {
             let table = strips.table(rect, height, &plan.operands);
-            self.instructions.run(rows(plan, &mut self.slots, &table, positions, positions));
+            run_rows(self.instructions, plan, &mut self.slots, &table, positions, positions, half);
             return;
         }
         self.scratch.grow(arena_len(rect, height));
@@ -155,21 +156,38 @@ impl Interpreter {
             cases.gather(group, rect, &columns, &plan.operands, part.range(), &mut self.scratch);
             let strips = Strips::Own(&self.scratch);
             let table = strips.table(rect, height, &plan.operands);
-            if self.instructions.run(rows(plan, &mut self.slots, &table, positions, part)) {
+            if run_rows(self.instructions, plan, &mut self.slots, &table, positions, part, half) {
                 break;
             }
         }
     }
 }
 
-/// The rows of one part of a loop's positions.
-fn rows<'a>(
+/// Runs one part of a loop's positions, for a group of which perhaps only the first half is there. Whether every lane
+/// has left the loop.
+fn run_rows(
+    instructions: InstructionSet,
+    plan: &mut LoopPlan,
+    slots: &mut Slots,
+    strips: &StripTable<'_>,
+    all: Positions,
+    part: Positions,
+    half: bool,
+) -> bool {
+    if half {
+        instructions.run(rows::<true>(plan, slots, strips, all, part))
+    } else {
+        instructions.run(rows::<false>(plan, slots, strips, all, part))
+    }
+}
+
+fn rows<'a, const HALF: bool>(
     plan: &'a mut LoopPlan,
     slots: &mut Slots,
     strips: &'a StripTable<'a>,
     all: Positions,
     part: Positions,
-) -> Rows<'a> {
+) -> Rows<'a, HALF> {
     Rows {
         steps: &mut plan.varying,
         windows: &plan.windows,

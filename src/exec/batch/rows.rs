@@ -4,7 +4,7 @@ use pulp::{Simd, WithSimd};
 use vsonar_ir::machine::Machine;
 
 use super::lanes::Lanes;
-use super::steps::{Step, load, load_mask, run, store};
+use super::steps::{Step, load, load_mask, run, store, vectors};
 use crate::exec::strips::StripTable;
 use crate::vision::LANES;
 
@@ -68,8 +68,9 @@ impl Positions {
     }
 }
 
-/// Runs rows until all positions are visited or every lane has left.
-pub(super) struct Rows<'a> {
+/// Runs rows until all positions are visited or every lane has left. With `HALF`, only the first half of the lanes is
+/// there.
+pub(super) struct Rows<'a, const HALF: bool> {
     pub(super) steps: &'a mut [Step],
     pub(super) windows: &'a [WindowUse],
     pub(super) spreads: &'a [Spread],
@@ -87,7 +88,7 @@ pub(super) struct Rows<'a> {
     pub(super) positions: Positions,
 }
 
-impl WithSimd for Rows<'_> {
+impl<const HALF: bool> WithSimd for Rows<'_, HALF> {
     /// Whether every lane has left the loop.
     type Output = bool;
 
@@ -95,7 +96,7 @@ impl WithSimd for Rows<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let all = Lanes(simd).mask(true);
         if self.begin {
-            each::<S>(|k| {
+            each::<S, HALF>(|k| {
                 // SAFETY: the promise of `super::steps` holds for `alive` as for a step.
                 unsafe { store(self.alive, k, all) }
             });
@@ -110,23 +111,23 @@ impl WithSimd for Rows<'_> {
                 // SAFETY: a table has an entry for every position, and `to` is a slot.
                 let bits = unsafe { spread.table.add(position).read() };
                 let value = simd.splat_u32s(bits);
-                each::<S>(|k| {
+                each::<S, HALF>(|k| {
                     // SAFETY: as above.
                     unsafe { store(spread.to, k, value) }
                 });
             }
             for step in self.steps.iter() {
-                run(simd, step);
+                run::<S, HALF>(simd, step);
             }
             if let Some(break_if) = self.break_if
-                && leave(simd, break_if, self.alive, self.finals)
+                && leave::<S, HALF>(simd, break_if, self.alive, self.finals)
             {
                 return true;
             }
         }
         if self.end {
             for last in self.finals {
-                each::<S>(|k| {
+                each::<S, HALF>(|k| {
                     // SAFETY: the promise of `super::steps` holds for `finals` and `alive` as for a step.
                     unsafe { save(simd, load_mask::<S>(self.alive, k), last, k) }
                 });
@@ -138,9 +139,9 @@ impl WithSimd for Rows<'_> {
 
 /// Takes the lanes in which the break mask holds out of those alive and saves their registers. Whether none is left.
 #[inline(always)]
-fn leave<S: Simd>(simd: S, break_if: *const f32, alive: *mut f32, finals: &[Final]) -> bool {
+fn leave<S: Simd, const HALF: bool>(simd: S, break_if: *const f32, alive: *mut f32, finals: &[Final]) -> bool {
     let mut some = Lanes(simd).mask(false);
-    each::<S>(|k| {
+    each::<S, HALF>(|k| {
         // SAFETY: the promise of `super::steps` holds for these addresses as for a step's.
         let leaving =
             unsafe { simd.and_m32s(load_mask::<S>(break_if, k), load_mask::<S>(alive.cast_const(), k)) };
@@ -150,7 +151,7 @@ fn leave<S: Simd>(simd: S, break_if: *const f32, alive: *mut f32, finals: &[Fina
         return false;
     }
     let mut left = Lanes(simd).mask(false);
-    each::<S>(|k| {
+    each::<S, HALF>(|k| {
         // SAFETY: as above.
         unsafe {
             let before = load_mask::<S>(alive.cast_const(), k);
@@ -185,10 +186,8 @@ fn holds<S: Simd>(simd: S, mask: S::m32s) -> bool {
     simd.first_true_m32s(mask) < S::F32_LANES
 }
 
-/// Calls `work` for every vector of a slot.
+/// Calls `work` for every vector of a slot, or of its first half.
 #[inline(always)]
-fn each<S: Simd>(mut work: impl FnMut(usize)) {
-    for k in 0..LANES / S::F32_LANES {
-        work(k);
-    }
+fn each<S: Simd, const HALF: bool>(work: impl FnMut(usize)) {
+    (0..vectors::<S, HALF>()).for_each(work);
 }

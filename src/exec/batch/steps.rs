@@ -30,16 +30,22 @@ impl WithSimd for Straight<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for step in self.0 {
-            run(simd, step);
+            run::<S, false>(simd, step);
         }
     }
 }
 
-/// Runs one step for every lane.
+/// How many vectors the lanes of a group are, or those of its first half.
 #[inline(always)]
-pub(super) fn run<S: Simd>(simd: S, step: &Step) {
-    if step.op.visit(EveryLane { simd, step }).is_none() {
-        for k in 0..LANES / S::F32_LANES {
+pub(super) fn vectors<S: Simd, const HALF: bool>() -> usize {
+    LANES / if HALF { 2 } else { 1 } / S::F32_LANES
+}
+
+/// Runs one step for every lane, or for the first half of them.
+#[inline(always)]
+pub(super) fn run<S: Simd, const HALF: bool>(simd: S, step: &Step) {
+    if step.op.visit(EveryLane::<S, HALF> { simd, step }).is_none() {
+        for k in 0..vectors::<S, HALF>() {
             // SAFETY: the promise of the module.
             unsafe { store(step.to, k, load::<S>(step.args[0], k)) }
         }
@@ -77,12 +83,12 @@ pub(super) unsafe fn load_mask<S: Simd>(from: *const f32, k: usize) -> S::m32s {
 }
 
 /// A step to be run with the formula of its operation.
-struct EveryLane<'a, S> {
+struct EveryLane<'a, S, const HALF: bool> {
     simd: S,
     step: &'a Step,
 }
 
-impl<S: Simd> FormulaVisitor for EveryLane<'_, S> {
+impl<S: Simd, const HALF: bool> FormulaVisitor for EveryLane<'_, S, HALF> {
     type Output = ();
 
     #[inline(always)]
@@ -90,7 +96,7 @@ impl<S: Simd> FormulaVisitor for EveryLane<'_, S> {
         let types = const { F::OP.operands() };
         let mut machine = Lanes(self.simd);
         let Step { imm, to, args: from, .. } = *self.step;
-        for k in 0..LANES / S::F32_LANES {
+        for k in 0..vectors::<S, HALF>() {
             let zero = Value::F32(self.simd.splat_f32s(0.0));
             let mut args: [Value<Lanes<S>>; 3] = [zero; 3];
             for (i, ty) in types.iter().enumerate() {
