@@ -3,6 +3,9 @@
 //! * A comparison that one of the sides decides, by its interval, is the choice's mask and the other side's
 //!   comparison: of `a <= select p x y` with `a <= y` always false, `p` and `a <= x` is left.
 //! * An operation on a choice of constants, all else constant, is a choice of results.
+//!
+//! Where many comparisons look at one chain of choices, each takes the chain apart for itself. What all of them take
+//! together grows as the square of the program, wherefore there is only so much [room](Writer::set_room).
 
 use crate::op::{Leaf, Op, Ty};
 use crate::opt::fold;
@@ -17,6 +20,9 @@ pub fn apply(writer: &mut Writer, inst: &Inst) -> Option<Reg> {
         return None;
     }
     let position = inst.args().iter().position(chooses)?;
+    if !writer.take_room() {
+        return None;
+    }
     match inst.op() {
         Op::Lt | Op::Le | Op::Eq => {
             let other = |writer: &Writer, i: usize| writer.inst(inst.args()[i]).op() == Op::Select;
