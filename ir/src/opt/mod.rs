@@ -58,7 +58,8 @@ impl Pass {
 /// a range, or moves along the order of the rewrite table, so the rounds end by themselves; this bounds the work.
 const MAX_ROUNDS: usize = 16;
 
-/// Programs of more instructions than this may not grow to more than twice their length on the way.
+/// Programs of more instructions than this may not grow to more than twice their length on the way; what shorter ones
+/// can grow to takes milliseconds.
 const LONG: usize = 1024;
 
 /// How many instructions a block of the program may have for choices to be taken apart in it.
@@ -66,7 +67,8 @@ fn room(program: &Program) -> usize {
     if program.len() > LONG { 2 * program.len() } else { usize::MAX }
 }
 
-/// The optimiser with the space it works in, which it keeps: after the first programs it allocates nothing.
+/// The optimiser with the space it works in, which it keeps: after the first programs it allocates nothing (but for a
+/// copy of those longer than a thousand instructions).
 ///
 /// ```
 /// use vsonar_ir::{generate, opt};

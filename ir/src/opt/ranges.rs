@@ -12,7 +12,7 @@ use crate::window::{Operand, Rect};
 
 /// How often the carried registers' intervals may grow before their growing bounds become infinite.
 const PATIENCE: usize = 2;
-/// How often after that, before nothing is claimed; each time another of twenty bounds and flags changes.
+/// How often after that, before nothing is claimed; each time another bound or flag of the five registers changes.
 const MAX_ROUNDS: usize = 16;
 
 /// The interval of each leaf.
