@@ -193,10 +193,11 @@ pub fn windows(seed: u64) -> impl Fn(crate::WindowAt) -> f32 {
         let area = u64::from(at.rect.area());
         let largest = at.operand.max() * area;
         // A sum over the window, divided as the language does; often zero, for the protected divisions, and at
-        // times the largest there is.
+        // times the largest or the least other there is, where ranges end.
         let sum = match bits >> 60 {
             0 => 0,
             1 => largest,
+            2 => 1,
             _ => bits % (largest + 1),
         };
         sum as f32 / area as f32

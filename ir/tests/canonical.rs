@@ -158,6 +158,17 @@ fn loops_that_run_once_become_the_last_position_of_the_other_direction() {
 }
 
 #[test]
+fn first_positions_are_judged_with_the_first_loops_ranges() {
+    // Were `iter2 a` possibly a NaN, so would be the maximum, and the loop might go on.
+    let first = "loop 1 up 3x3\ncolumn\n  v0 = x-obstacle\n  result v0\nbody\n  varying\n    v0 = window raw\n  next a v0\n";
+    let body = "    v0 = window median\n    v1 = iter2 a\n    v2 = max v0 v1\n    v3 = read a\n    v4 = le v3 v2\n  next a v0\n  break v4\n";
+    let second = format!("loop 2 up 3x3\ncolumn\n{OWN}body\n  varying\n{body}");
+    let program = text::parse(&format!("vir 1\nimage 40x24\n{first}{second}")).expect("well formed");
+    let optimised = opt::optimise(&program);
+    assert!(optimised.first().is_none() && ops(&optimised) == [Op::Window], "{optimised}");
+}
+
+#[test]
 fn columns_are_tried() {
     let body = "    v0 = window raw\n  next a v0\n";
     let column = |lines: &str| optimised("down 8x8", lines, body).second().column().as_leaf();
@@ -173,6 +184,76 @@ fn columns_are_tried() {
     assert_eq!(column(far), Some(Leaf::Const(3.0)));
     let small = "  v0 = x-obstacle\n  v1 = sin v0\n  result v1\n";
     assert_eq!(column(small), Some(Leaf::Const(3.0)));
+}
+
+/// The program of one loop with this body, which sets `a` alone.
+fn single_loop(body: Builder, result: Reg, break_if: Option<Reg>) -> Program {
+    let mut column = Builder::new();
+    let own = column.leaf(Leaf::XObstacle);
+    let parts = LoopParts {
+        direction: vsonar_ir::Direction::Down,
+        rect: vsonar_ir::Rect::default(),
+        span: vsonar_ir::Span::All,
+        column: column.finish(),
+        column_result: own,
+        body: body.finish(),
+        invariant: 0,
+        uniform: 0,
+        next: [Some(result), None, None, None, None],
+        break_if,
+    };
+    Program::new(WIDTH, HEIGHT, None, parts).expect("well formed")
+}
+
+#[test]
+fn long_columns_are_not_tried_in_wide_images() {
+    // There and back again, which no range shows to be nowhere.
+    let column = |width: u32, steps: usize| {
+        let mut c = Builder::new();
+        let mut at = c.leaf(Leaf::XObstacle);
+        let there_and_back = [1.0, -1.0].map(|step| c.leaf(Leaf::Const(step)));
+        for i in 0..steps {
+            at = c.push(Op::Add, &[at, there_and_back[i % 2]]).expect("well typed");
+        }
+        let mut body = Builder::new();
+        let x = body.leaf(Leaf::X);
+        let parts = LoopParts {
+            column: c.finish(),
+            column_result: at,
+            ..LoopParts::from(single_loop(body, x, None).second())
+        };
+        opt::optimise(&Program::new(width, HEIGHT, None, parts).expect("well formed"))
+            .second()
+            .column()
+            .as_leaf()
+    };
+    assert_eq!(column(Program::MAX_SIDE, 60), Some(Leaf::XObstacle));
+    assert_eq!(column(Program::MAX_SIDE, 62), None);
+    assert_eq!(column(WIDTH, 62), Some(Leaf::XObstacle));
+}
+
+#[test]
+fn comparisons_with_one_chain_of_choices_do_not_multiply_it() {
+    let mut b = Builder::new();
+    let limit = b.leaf(Leaf::Const(-5.0));
+    let window = b.leaf(Leaf::Window(vsonar_ir::Operand::all().next().expect("there are some")));
+    let (mut chosen, mut sum) = (b.leaf(Leaf::Y), window);
+    let constant = |b: &mut Builder, i: u32| b.leaf(Leaf::Const(i as f32 / 100.0));
+    for i in 0..1500 {
+        let threshold = constant(&mut b, i);
+        let own = b.push(Op::Le, &[window, threshold]).expect("well typed");
+        chosen = b.push(Op::Select, &[own, chosen, limit]).expect("well typed");
+    }
+    for i in 0..300 {
+        let threshold = constant(&mut b, i);
+        let above = b.push(Op::Lt, &[threshold, chosen]).expect("well typed");
+        let term = b.push(Op::Select, &[above, window, threshold]).expect("well typed");
+        sum = b.push(Op::Add, &[sum, term]).expect("well typed");
+    }
+    let program = single_loop(b, sum, None);
+    let before = program.len();
+    let after = opt::optimise(&program).len();
+    assert!(after <= before, "{before} instructions became {after}");
 }
 
 #[test]
@@ -195,21 +276,7 @@ fn long_chains_need_little_stack() {
     let none = b.push(Op::Not, &[all]).expect("well typed");
     let either = b.push(Op::And, &[above, none]).expect("well typed");
     let result = b.push(Op::Select, &[either, window, y]).expect("well typed");
-    let mut column = Builder::new();
-    let own = column.leaf(Leaf::XObstacle);
-    let parts = LoopParts {
-        direction: vsonar_ir::Direction::Down,
-        rect: vsonar_ir::Rect::default(),
-        span: vsonar_ir::Span::All,
-        column: column.finish(),
-        column_result: own,
-        body: b.finish(),
-        invariant: 0,
-        uniform: 0,
-        next: [Some(result), None, None, None, None],
-        break_if: Some(all),
-    };
-    let program = Program::new(WIDTH, HEIGHT, None, parts).expect("well formed");
+    let program = single_loop(b, result, Some(all));
     let small = std::thread::Builder::new().stack_size(256 << 10);
     let optimised = small.spawn(move || opt::optimise(&program)).expect("a thread").join().expect("no panic");
     assert!(!optimised.is_empty());

@@ -3,10 +3,14 @@
 //! * A comparison that one of the sides decides, by its interval, is the choice's mask and the other side's
 //!   comparison: of `a <= select p x y` with `a <= y` always false, `p` and `a <= x` is left.
 //! * An operation on a choice of constants, all else constant, is a choice of results.
+//!
+//! Where many comparisons look at one chain of choices, each takes the chain apart for itself. What all of them take
+//! together grows as the square of the program, wherefore there is only so much [room](Writer::set_room).
 
 use crate::op::{Leaf, Op, Ty};
 use crate::opt::fold;
 use crate::opt::interval::Interval;
+use crate::opt::ranges;
 use crate::opt::simplify::Writer;
 use crate::program::{Inst, Reg};
 
@@ -17,16 +21,14 @@ pub fn apply(writer: &mut Writer, inst: &Inst) -> Option<Reg> {
         return None;
     }
     let position = inst.args().iter().position(chooses)?;
+    let another = inst.args()[position + 1..].iter().any(chooses);
+    if !writer.take_room() {
+        return None;
+    }
     match inst.op() {
         Op::Lt | Op::Le | Op::Eq => {
-            let other = |writer: &Writer, i: usize| writer.inst(inst.args()[i]).op() == Op::Select;
-            let first = compare(writer, inst, position);
             // Where both are choices the second may do.
-            if first.is_none() && position == 0 && other(writer, 1) {
-                compare(writer, inst, 1)
-            } else {
-                first
-            }
+            compare(writer, inst, position).or_else(|| if another { compare(writer, inst, 1) } else { None })
         }
         _ => constants(writer, inst, position),
     }
@@ -84,6 +86,6 @@ impl Writer {
     }
 
     fn infer(&self, inst: &Inst) -> Interval {
-        crate::opt::ranges::of_operation(inst, |reg| self.value(reg))
+        ranges::of_operation(inst, |reg| self.value(reg))
     }
 }

@@ -12,6 +12,10 @@ use crate::program::{Block, Inst, Loop, Reg};
 use crate::reference;
 use crate::window::Rect;
 
+/// How many instructions may be run to try an expression on all columns: fractions of a second. Expressions of up to 64
+/// instructions are tried in the widest images there are, longer ones in narrower.
+const MAX_TRIED: usize = 1 << 22;
+
 /// How many expressions are remembered at most; all are forgotten then.
 const MAX_KNOWN: usize = 1024;
 
@@ -25,7 +29,8 @@ pub struct Columns {
 /// Replaces a loop's column expression by a leaf that is resolved to the same columns; whether it did.
 pub fn run(l: &mut Loop, width: u32, columns: &mut Columns) -> bool {
     let block = &l.column.block;
-    if block.len() == 1 || block.insts().iter().any(|inst| inst.op() == Op::Iter2) {
+    let too_long = block.len() * width as usize > MAX_TRIED;
+    if block.len() == 1 || too_long || block.insts().iter().any(|inst| inst.op() == Op::Iter2) {
         return false;
     }
     let mut resolve = |x: u32| columns.resolve(l, width, x);

@@ -20,12 +20,25 @@ use crate::window::Rect;
 pub fn run(program: &mut Program, writer: &mut Writer) -> bool {
     let (width, height) = (program.width, program.height);
     let mut changed = false;
-    for l in program.first.iter_mut().chain(std::iter::once(&mut program.second)) {
-        changed |= shorten(l);
-        changed |= run_once(l, width, height, writer);
-        changed |= forget_header(l, width);
+    let mut iter2 = [Interval::ANY; 5];
+    if let Some(first) = &mut program.first {
+        changed |= reshape(first, width, height, iter2, writer);
+        if program.second.break_if.is_some() && program.second.reads_first_loop() != [false; 5] {
+            let values = &mut writer.scratch;
+            let mut leaves = Leaves::with_column(first, width, height, iter2, values);
+            leaves.find_reads(first, values);
+            iter2 = ranges::finals(first, &leaves, values);
+        }
     }
+    changed |= reshape(&mut program.second, width, height, iter2, writer);
     changed | merge(program)
+}
+
+/// Applies what concerns a single loop. `iter2`: the first loop's final registers.
+fn reshape(l: &mut Loop, width: u32, height: u32, iter2: [Interval; 5], writer: &mut Writer) -> bool {
+    let mut changed = shorten(l);
+    changed |= run_once(l, width, height, iter2, writer);
+    changed | forget_header(l, width)
 }
 
 /// Makes the first loop the only one where the answer is one of its registers.
@@ -66,10 +79,10 @@ fn shorten(l: &mut Loop) -> bool {
 }
 
 /// Turns a loop that ends at its first position round, so that this is its last.
-fn run_once(l: &mut Loop, width: u32, height: u32, writer: &mut Writer) -> bool {
+fn run_once(l: &mut Loop, width: u32, height: u32, iter2: [Interval; 5], writer: &mut Writer) -> bool {
     let Some(break_if) = l.break_if else { return false };
-    let mut leaves = Leaves::new(l, width, height, [Interval::ANY; 5]).at_first_position(l, height);
-    leaves.enter(Interval::ANY, width);
+    let leaves =
+        Leaves::with_column(l, width, height, iter2, &mut writer.scratch).at_first_position(l, height);
     ranges::run(&l.body, &leaves, &mut writer.scratch);
     if writer.scratch[break_if.index()] != Interval::TRUE {
         return false;

@@ -58,7 +58,17 @@ impl Pass {
 /// a range, or moves along the order of the rewrite table, so the rounds end by themselves; this bounds the work.
 const MAX_ROUNDS: usize = 16;
 
-/// The optimiser with the space it works in, which it keeps: after the first programs it allocates nothing.
+/// Programs of more instructions than this may not grow to more than twice their length on the way; what shorter ones
+/// can grow to takes milliseconds.
+const LONG: usize = 1024;
+
+/// How many instructions a block of the program may have for choices to be taken apart in it.
+fn room(program: &Program) -> usize {
+    if program.len() > LONG { 2 * program.len() } else { usize::MAX }
+}
+
+/// The optimiser with the space it works in, which it keeps: after the first programs it allocates nothing (but for a
+/// copy of those longer than a thousand instructions).
 ///
 /// ```
 /// use vsonar_ir::{generate, opt};
@@ -83,16 +93,28 @@ impl Optimiser {
     pub fn optimise(&mut self, mut program: Program) -> Program {
         self.run(Pass::Dce, &mut program);
         self.live_operations = program.operations();
+        let before = (program.len() > LONG).then(|| program.clone());
+        self.writer.set_room(room(&program));
+        self.rounds(&mut program);
+        if let Some(before) = before.filter(|_| self.writer.was_full()) {
+            // Half of them taken apart, choices are longer than whole.
+            program = before;
+            self.writer.set_room(0);
+            self.rounds(&mut program);
+        }
+        self.pass(Pass::Order, &mut program);
+        program
+    }
+
+    fn rounds(&mut self, program: &mut Program) {
         for _ in 0..MAX_ROUNDS {
-            let mut changed = self.run(Pass::Simplify, &mut program);
-            changed |= self.run(Pass::Loops, &mut program);
-            changed |= self.run(Pass::Dce, &mut program);
+            let mut changed = self.pass(Pass::Simplify, program);
+            changed |= self.pass(Pass::Loops, program);
+            changed |= self.pass(Pass::Dce, program);
             if !changed {
                 break;
             }
         }
-        self.run(Pass::Order, &mut program);
-        program
     }
 
     /// How many operations of the program last optimised were live before: not counted are leaves and what
@@ -106,6 +128,11 @@ impl Optimiser {
     /// # Panics
     /// In debug builds, if the pass leaves a malformed program.
     pub fn run(&mut self, pass: Pass, program: &mut Program) -> bool {
+        self.writer.set_room(room(program));
+        self.pass(pass, program)
+    }
+
+    fn pass(&mut self, pass: Pass, program: &mut Program) -> bool {
         let changed = match pass {
             Pass::Simplify => simplify::run(program, &mut self.writer, &mut self.columns),
             Pass::Loops => loops::run(program, &mut self.writer),

@@ -40,10 +40,7 @@ pub fn run(program: &mut Program, sorter: &mut Sorter, sweeper: &mut Sweeper) ->
     let of_first =
         program.first.as_ref().filter(|_| asks).map(|l| sorter.leaves(l, program, [Interval::ANY; 5]));
     let finals = match (&program.first, &of_first) {
-        (Some(first), Some(leaves)) => {
-            ranges::run(&first.body, leaves, &mut sorter.intervals);
-            first.next.map(|next| next.map_or(Interval::ZERO, |reg| sorter.intervals[reg.index()]))
-        }
+        (Some(first), Some(leaves)) => ranges::finals(first, leaves, &mut sorter.intervals),
         _ => [Interval::ANY; 5],
     };
     let of_second = asks.then(|| sorter.leaves(&program.second, program, finals));
@@ -147,10 +144,9 @@ impl Sorter {
 
     /// The intervals of a loop's leaves.
     fn leaves(&mut self, l: &Loop, program: &Program, iter2: [Interval; 5]) -> Leaves {
-        let mut leaves = Leaves::new(l, program.width, program.height, iter2);
-        ranges::run(&l.column.block, &leaves, &mut self.intervals);
-        leaves.enter(self.intervals[l.column.result.index()], program.width);
-        leaves.find_reads(l, &mut self.intervals);
+        let values = &mut self.intervals;
+        let mut leaves = Leaves::with_column(l, program.width, program.height, iter2, values);
+        leaves.find_reads(l, values);
         leaves
     }
 

@@ -12,7 +12,7 @@ use crate::window::{Operand, Rect};
 
 /// How often the carried registers' intervals may grow before their growing bounds become infinite.
 const PATIENCE: usize = 2;
-/// How often after that, before nothing is claimed; each time another of twenty bounds and flags changes.
+/// How often after that, before nothing is claimed; each time another bound or flag of the five registers changes.
 const MAX_ROUNDS: usize = 16;
 
 /// The interval of each leaf.
@@ -93,6 +93,21 @@ impl Leaves {
         self.x = whole(resolve(lo), resolve(hi));
     }
 
+    /// The leaves of a loop's column expression and body, what is carried from position to position excepted: see
+    /// [`Leaves::find_reads`]. `values` is scratch space.
+    pub fn with_column(
+        l: &Loop,
+        width: u32,
+        height: u32,
+        iter2: [Interval; 5],
+        values: &mut Vec<Interval>,
+    ) -> Leaves {
+        let mut leaves = Leaves::new(l, width, height, iter2);
+        run(&l.column.block, &leaves, values);
+        leaves.enter(values[l.column.result.index()], width);
+        leaves
+    }
+
     /// The interval of a leaf.
     pub fn of(&self, leaf: Leaf) -> Interval {
         match leaf {
@@ -152,6 +167,13 @@ fn first_window() -> Interval {
 fn average(rect: Rect, operand: Operand) -> Interval {
     // Where it is not zero, the sum is at least 1.
     Interval::new(0.0, rect.largest_average(operand)).coarse(1.0 / rect.area() as f32)
+}
+
+/// The intervals of a loop's final registers, given those of its leaves; `values` is scratch space.
+pub fn finals(l: &Loop, leaves: &Leaves, values: &mut Vec<Interval>) -> [Interval; 5] {
+    run(&l.body, leaves, values);
+    // At least one position is visited, so the last one's values are all there are.
+    l.next.map(|next| next.map_or(Interval::ZERO, |reg| values[reg.index()]))
 }
 
 /// The intervals of a block's registers, by number.

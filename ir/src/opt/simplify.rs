@@ -80,6 +80,10 @@ pub struct Writer {
     pub scratch: Vec<Interval>,
     /// How many rewrites are under way, each for the sake of the one before.
     depth: usize,
+    /// How many instructions a block may have for choices to be taken apart in it.
+    room: usize,
+    /// Whether one was not taken apart because of that.
+    full: bool,
 }
 
 impl Writer {
@@ -195,6 +199,23 @@ impl Writer {
             }
             _ => None,
         }
+    }
+
+    /// Sets how many instructions a block may have, those included that nobody will read, for choices to be taken
+    /// apart in it.
+    pub const fn set_room(&mut self, room: usize) {
+        (self.room, self.full) = (room, false);
+    }
+
+    /// Whether there was too little room since it was set.
+    pub const fn was_full(&self) -> bool {
+        self.full
+    }
+
+    /// Whether there is room left, which the caller would take.
+    pub const fn take_room(&mut self) -> bool {
+        self.full |= self.insts.len() >= self.room;
+        !self.full
     }
 
     /// The constant a register holds, if it is one.
