@@ -139,7 +139,12 @@ impl<const HALF: bool> WithSimd for Rows<'_, HALF> {
 
 /// Takes the lanes in which the break mask holds out of those alive and saves their registers. Whether none is left.
 #[inline(always)]
-fn leave<S: Simd, const HALF: bool>(simd: S, break_if: *const f32, alive: *mut f32, finals: &[Final]) -> bool {
+fn leave<S: Simd, const HALF: bool>(
+    simd: S,
+    break_if: *const f32,
+    alive: *mut f32,
+    finals: &[Final],
+) -> bool {
     let mut some = Lanes(simd).mask(false);
     each::<S, HALF>(|k| {
         // SAFETY: the promise of `super::steps` holds for these addresses as for a step's.
