@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 use vsonar::dataset::{Constants, Dataset};
 use vsonar::detector::{CompiledDetector, Detector};
 use vsonar::evolve::{Evolution, Settings};
-use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
+use vsonar::exec::auto::AutoExecutor;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let data = match std::env::args_os().nth(1) {
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
 
     let settings = Settings { population: 500, generations: 11, ..Settings::default_preset() };
-    let executor = Arc::new(CraneliftExecutor::new(Shape::Lanes4)?);
+    let executor = Arc::new(AutoExecutor::new());
     let mut run = Evolution::new(&data, settings, executor, 0)?;
     run.run(&AtomicBool::new(false), |record| {
         println!("generation {:2}: best {:.1} %", record.generation, 100.0 * record.best_fitness);

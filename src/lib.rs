@@ -1,4 +1,4 @@
-//! Evolves visual obstacle detectors by genetic programming and compiles each of them to native code.
+//! Evolves visual obstacle detectors by genetic programming, and compiles them to native code.
 //!
 //! A detector takes a grayscale camera image and a column, and returns the row of the lowest non-ground pixel
 //! in it: a "visual sonar" (Martin, *Evolving Visual Sonar: Depth From Monocular Images*, 2006).
@@ -8,8 +8,8 @@
 //! ```text
 //! images + labels --> operator planes --> strips of window averages --+
 //!   (dataset, world)     (vision)             (vision)                 +--> executor --> answers --> fitness
-//! individual --> lower --> IR program --> optimise --> machine code ---+     (exec)                  (evolve)
-//!   (tree)                   (ir)           (ir::opt)   (exec::cranelift)
+//! individual --> lower --> IR program --> optimise --> interpreted, ---+     (exec)                  (evolve)
+//!   (tree)                   (ir)           (ir::opt)    or compiled
 //! ```
 //!
 //! From data to a compiled detector, in the library's terms:
@@ -18,16 +18,16 @@
 //! use std::sync::{Arc, atomic::AtomicBool};
 //! use vsonar::detector::{CompiledDetector, Detector};
 //! use vsonar::evolve::{Evolution, Settings};
-//! use vsonar::exec::cranelift::{CraneliftExecutor, Shape};
+//! use vsonar::exec::auto::AutoExecutor;
 //! use vsonar::world::Corridor;
 //!
 //! // Data: a folder with labels.csv (`Dataset::load`), or here a few small synthetic pictures.
 //! let corridor = Corridor { width: 64, height: 48, ..Corridor::default() };
 //! let (train, holdout) = (corridor.render(1, 4)?, corridor.render(2, 4)?);
 //!
-//! // A very small run, every individual compiled.
+//! // A very small run, each program interpreted or compiled, whichever is sooner done.
 //! let settings = Settings { population: 40, generations: 3, ..Settings::default_preset() };
-//! let executor = Arc::new(CraneliftExecutor::new(Shape::Lanes4)?);
+//! let executor = Arc::new(AutoExecutor::new());
 //! let mut run = Evolution::new(&train, settings, executor, 0)?;
 //! run.run(&AtomicBool::new(false), |record| assert!(record.best_fitness <= 1.0))?;
 //! let summary = run.summary(Some(&holdout))?.expect("generations were made");

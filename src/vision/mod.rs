@@ -3,7 +3,7 @@
 //! ```text
 //! file ── load_gray ──> GrayImage ── Planes ──> eight operator planes ── WindowSums ──> summed-area tables
 //!                                                                             │
-//!                  executors <── arenas of strips, 32 fitness cases a group ── CaseSet
+//!                  executors <── arenas of strips, 128 fitness cases a group ── CaseSet
 //! ```
 //!
 //! * [`gray`]: files of any format to 8-bit gray;

@@ -298,7 +298,7 @@ impl CaseSet {
     }
 }
 
-/// Positions of a tile, which is computed lane by lane before it is interleaved: 8 KiB, inside the first cache.
+/// Positions of a tile, which is computed lane by lane before it is interleaved: 32 KiB, about the first cache.
 /// Higher or narrower tiles are slower where the tables come from memory: it is the many short streams at a time
 /// that keep the memory busy.
 const TILE: usize = 64;
