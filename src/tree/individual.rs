@@ -3,8 +3,11 @@
 //! A tree is its nodes in preorder, in one vector; every subtree is a slice of it. Trees and individuals are
 //! made only through checks, so that whoever holds one may rely on its shape.
 
+use std::hash::{BuildHasher, Hash, Hasher};
 use std::ops::Range;
+use std::sync::Arc;
 
+use rustc_hash::FxBuildHasher;
 use vsonar_ir::{Direction, Rect};
 
 use super::node::Node;
@@ -87,8 +90,10 @@ pub enum TreeError {
 /// One tree: an iterate node, its rectangle, its column expression and its body.
 ///
 /// Equality and hashing are by the bits of constants.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tree {
+    /// Of the nodes; hashing a tree hashes this. Of two trees that differ, it is as a rule all that is compared.
+    hash: u64,
     /// Preorder: the iterate node, the rectangle, the column expression, the body.
     nodes: Vec<Node>,
     /// Where the body begins.
@@ -151,7 +156,7 @@ impl Tree {
     fn with_depth(nodes: Vec<Node>, depth: usize) -> Tree {
         // Of fewer than three nodes none is a tree with an iterate root; the checks say so.
         let body = if nodes.len() > 2 { subtree(&nodes, 2).end } else { nodes.len() };
-        Tree { nodes, body: body as u32, depth: depth as u32 }
+        Tree { hash: FxBuildHasher.hash_one(&nodes), nodes, body: body as u32, depth: depth as u32 }
     }
 
     /// All nodes, in preorder.
@@ -228,6 +233,12 @@ impl Tree {
     }
 }
 
+impl Hash for Tree {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        state.write_u64(self.hash);
+    }
+}
+
 /// The subtree at `index` of nodes in preorder, which may be part of a tree.
 pub fn subtree(nodes: &[Node], index: usize) -> Range<usize> {
     let mut pending = 1;
@@ -273,10 +284,13 @@ fn depth(nodes: &[Node]) -> Result<usize, TreeError> {
 }
 
 /// A candidate detector: two trees, or the second alone. The answer is the final register `a` of the second.
+///
+/// Trees are shared: a clone costs next to nothing, and an offspring has the tree that it did not change in common
+/// with its parent.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Individual {
-    first: Option<Tree>,
-    second: Tree,
+    first: Option<Arc<Tree>>,
+    second: Arc<Tree>,
 }
 
 impl Individual {
@@ -288,21 +302,24 @@ impl Individual {
         if first.as_ref().unwrap_or(&second).reads_first() {
             return Err(TreeError::Iter2);
         }
-        Ok(Individual { first, second })
+        Ok(Individual { first: first.map(Arc::new), second: Arc::new(second) })
     }
 
     /// The individual with its first tree, or else its second, replaced.
     pub(super) fn with_tree(&self, first: bool, tree: Tree) -> Result<Individual, TreeError> {
-        if first {
-            Individual::new(Some(tree), self.second.clone())
-        } else {
-            Individual::new(self.first.clone(), tree)
+        if (first || self.first.is_none()) && tree.reads_first() {
+            return Err(TreeError::Iter2);
         }
+        let tree = Arc::new(tree);
+        Ok(match first {
+            true => Individual { first: Some(tree), second: Arc::clone(&self.second) },
+            false => Individual { first: self.first.clone(), second: tree },
+        })
     }
 
     /// The tree that runs first, if there are two.
     pub fn first(&self) -> Option<&Tree> {
-        self.first.as_ref()
+        self.first.as_deref()
     }
 
     /// The tree that gives the answer.
@@ -312,7 +329,7 @@ impl Individual {
 
     /// The trees, in the order in which they run.
     pub fn trees(&self) -> impl Iterator<Item = &Tree> {
-        self.first.iter().chain(std::iter::once(&self.second))
+        self.first.iter().chain(std::iter::once(&self.second)).map(|tree| &**tree)
     }
 
     /// How many nodes the trees have together.

@@ -215,7 +215,8 @@ impl Eq for Node {}
 
 impl Hash for Node {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        self.identity().hash(state);
+        let (row, bits) = self.identity();
+        state.write_u64(u64::from(row) << 32 | u64::from(bits));
     }
 }
 
