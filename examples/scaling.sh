@@ -32,5 +32,5 @@ for n in 1000 2000 4000 8000; do run "population $n" f60 --population $n; done
 for n in 26 51 101; do run "generations $n" f60 --generations $n; done
 for n in 15 30 120 240; do synth f$n $n 320x240; run "cases $((n * 6))" f$n; done
 for size in 160x120 640x480; do synth s$size 60 $size; run "image $size" s$size; done
-for n in 8 12 17 25; do run "depth limit $n" f60 --set "breeding.max_depth=$n"; done
+for n in 10 13 17 25; do run "depth limit $n" f60 --set "breeding.max_depth=$n"; done
 for n in 1 2; do run "threads $n" f60 --threads $n; done

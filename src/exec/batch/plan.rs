@@ -74,7 +74,7 @@ pub(super) struct Planner {
 
 /// How many slots the plans of these loops take at most.
 pub(super) fn slots_needed<'a>(loops: impl Iterator<Item = &'a Loop>) -> usize {
-    let all: usize = loops.map(|l| 3 * l.body().len() + l.column().block().len() + 16).sum();
+    let all: usize = loops.map(|l| 4 * l.body().len() + l.column().block().len() + 16).sum();
     slots::FREE.0 as usize + all
 }
 
