@@ -27,13 +27,13 @@ const TRIAL: u64 = 64;
 /// [`CLOSE`] …
 const EXPLORE_CLOSE: u64 = 24;
 /// … and of so many where it seems slower by more.
-const EXPLORE_FAR: u64 = 1024;
+const EXPLORE_FAR: u64 = 256;
 /// A ratio of expected times.
 const CLOSE: f64 = 1.5;
 
 /// Where the models start from: microseconds on a common machine, for the units of [`features`].
-const BATCH_START: Features = [2.0, 0.8, 4.0, 0.6, 0.4, 2.0, 0.3, 0.2, 1.0];
-const JIT_START: Features = [25.0, 15.0, 10.0, 1.0, 0.5, 10.0, 0.5, 0.3, 5.0];
+const BATCH_START: Features = [2.0, 1.0, 4.0, 0.8, 3.5, 20.0, 0.4, 1.7, 10.0];
+const JIT_START: Features = [40.0, 25.0, 10.0, 3.0, 4.0, 60.0, 1.5, 2.0, 30.0];
 
 /// Chooses an executor for each program.
 ///

@@ -3,9 +3,9 @@
 use super::features::{COUNT, Features};
 
 /// Measurements after which one counts half as much, so that the weights follow the populations.
-const HALF_LIFE: f64 = 2000.0;
+const HALF_LIFE: f64 = 1000.0;
 /// How much the weights before any measurement are trusted, in measurements.
-const TRUST: f64 = 2.0;
+const TRUST: f64 = 0.02;
 /// Measurements between two fits.
 const REFIT: u32 = 16;
 /// Times below this many microseconds are not told apart.
