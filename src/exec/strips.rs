@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use vsonar_ir::{Operand, Rect};
 
-use crate::vision::{CachedStrips, strip_len};
+use crate::vision::{CachedStrips, CaseSet, LANES, strip_len};
 
 /// A strip for each operand, by its number; empty where a loop does not read it. The layout is that of
 /// [`crate::vision::strips`].
@@ -20,7 +20,24 @@ pub(crate) enum Strips<'a> {
     Cached(Arc<CachedStrips>),
 }
 
-impl Strips<'_> {
+impl<'a> Strips<'a> {
+    /// The strips of `operands` for a group in these columns, where they need not be gathered: none are read, they are
+    /// the cases' `own` columns, or the set keeps them ([`CaseSet::cached_strips`]).
+    pub(crate) fn find(
+        cases: &'a CaseSet,
+        group: usize,
+        rect: Rect,
+        own: bool,
+        columns: &[u32; LANES],
+        operands: &[Operand],
+    ) -> Option<Strips<'a>> {
+        match (operands.is_empty(), own) {
+            (true, _) => Some(Strips::None),
+            (false, true) => Some(Strips::Own(cases.x_obstacle_arena(rect, group))),
+            (false, false) => cases.cached_strips(group, rect, columns, operands).map(Strips::Cached),
+        }
+    }
+
     /// The strips of these operands, each as long as [`strip_len`].
     ///
     /// # Panics

@@ -141,12 +141,7 @@ impl Interpreter {
         let (rect, height) = (l.rect(), cases.height());
         let half = cases.group_len(group) <= LANES / 2;
         let positions = positions(l, height);
-        let whole = match (reads, own) {
-            (false, _) => Some(Strips::None),
-            (true, true) => Some(Strips::Own(cases.x_obstacle_arena(rect, group))),
-            (true, false) => cases.cached_strips(group, rect, &columns, &plan.operands).map(Strips::Cached),
-        };
-        if let Some(strips) = whole {
+        if let Some(strips) = Strips::find(cases, group, rect, own, &columns, &plan.operands) {
             let table = strips.table(rect, height, &plan.operands);
             run_rows(self.instructions, plan, &mut self.slots, &table, positions, positions, half);
             return;

@@ -60,11 +60,7 @@ impl Runner {
         let operands = l.operands();
         let own = l.column().as_leaf() == Some(Leaf::XObstacle);
         let (rect, height) = (l.rect(), cases.height());
-        let whole = match (operands.is_empty(), own && self.shared) {
-            (true, _) => Some(Strips::None),
-            (false, true) => Some(Strips::Own(cases.x_obstacle_arena(rect, group))),
-            (false, false) => cases.cached_strips(group, rect, &columns, &operands).map(Strips::Cached),
-        };
+        let whole = Strips::find(cases, group, rect, own && self.shared, &columns, &operands);
         let strips = whole.unwrap_or_else(|| {
             self.scratch.grow(arena_len(rect, height));
             let rows = 0..rect.positions(height) as usize;
