@@ -41,10 +41,12 @@
 //! ```
 
 pub mod benchmark;
+pub mod camera;
 pub mod dataset;
 pub mod detector;
 pub mod evolve;
 pub mod exec;
+pub mod export;
 pub mod lower;
 pub mod report;
 pub mod tree;

@@ -1,0 +1,41 @@
+//! Export: a program becomes a detector that a robot's own program links or loads.
+//!
+//! ```text
+//! Program ──┬─> native: Cranelift ──> object ──> static library, shared library        header, Python binding
+//! Camera  ──┤                    └──> in process: detector::CompiledDetector
+//!           └─> c: one C99 file
+//! ```
+//!
+//! All forms take the raw pixels of a frame, compute the image operators only where the program's windows fall, and
+//! give the same bits as every executor. Beside the rows they give ranges, where a [`Camera`] is known.
+
+mod provenance;
+mod symbol;
+
+pub use provenance::Provenance;
+pub use symbol::{Symbol, SymbolError};
+
+use vsonar_ir::Program;
+
+use crate::camera::Camera;
+
+/// The version of the C interface: it grows when something in it changes its meaning.
+pub const ABI: i32 = 1;
+
+/// What [`Request::median`] may be, beside 1 for none: the rows of so many frames are kept.
+pub const MEDIAN: u32 = 3;
+
+/// What is exported: everything that the files are made of.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// The name that all exported symbols begin with.
+    pub symbol: Symbol,
+    /// The optimised program.
+    pub program: Program,
+    /// Where it comes from.
+    pub provenance: Provenance,
+    /// The camera, without which there are rows but no ranges.
+    pub camera: Option<Camera>,
+    /// Whether ranges come from the median of the rows of three frames.
+    pub median: bool,
+}
