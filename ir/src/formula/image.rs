@@ -7,8 +7,9 @@
 //! A [`Neighbourhood`] is row by row from the top left: index 0 is (x-1, y-1), 1 is (x, y-1), 4 the pixel
 //! itself, 8 is (x+1, y+1). Outside the image the nearest border pixel stands in.
 //!
-//! The median family ([`truncated_median`], [`median_corner`]) needs no more than signed 16-bit integers;
-//! [`gradient`] and the Moravec differences need 32 bits.
+//! The median family ([`truncated_median`], [`median_corner`]) needs no more than unsigned bytes; the differences
+//! inside [`gradient`] fit signed 16-bit integers, its sum of squares and the Moravec differences need 32 bits (the
+//! latter 16, unsigned).
 //!
 //! ```
 //! use vsonar_ir::Operator;
@@ -46,6 +47,20 @@ pub trait PixelMachine {
     fn lt(&mut self, a: Self::P, b: Self::P) -> Self::M;
     /// `a` where the mask holds, else `b`.
     fn select(&mut self, mask: Self::M, a: Self::P, b: Self::P) -> Self::P;
+
+    /// `a - b` where it is known that `a >= b`, so that a machine of unsigned integers can compute it.
+    #[inline(always)]
+    fn difference(&mut self, a: Self::P, b: Self::P) -> Self::P {
+        self.sub(a, b)
+    }
+
+    /// `a * a + b * b`, which some machines have an instruction for.
+    #[inline(always)]
+    fn sum_of_squares(&mut self, a: Self::P, b: Self::P) -> Self::P {
+        let aa = self.mul(a, a);
+        let bb = self.mul(b, b);
+        self.add(aa, bb)
+    }
 
     /// The smaller one.
     #[inline(always)]
@@ -164,7 +179,7 @@ pub fn sorted<M: PixelMachine + ?Sized>(m: &mut M, n: &Neighbourhood<M::P>) -> N
 ///
 /// With median m and the extreme nearer to m at distance d, it is the median of the values within d of m, the
 /// lower of the middle two when their number is even. When both extremes are equally near, all values stay.
-/// Values stay in -255 to 510.
+/// All values stay in 0 to 255.
 #[inline(always)]
 pub fn truncated_median<M: PixelMachine + ?Sized>(m: &mut M, n: &Neighbourhood<M::P>) -> M::P {
     let s = sorted(m, n);
@@ -179,25 +194,26 @@ pub fn truncated_median<M: PixelMachine + ?Sized>(m: &mut M, n: &Neighbourhood<M
 #[inline(always)]
 pub fn truncated_median_of_sorted<M: PixelMachine + ?Sized>(m: &mut M, s: &Neighbourhood<M::P>) -> M::P {
     let median = s[4];
-    let below = m.sub(median, s[0]);
-    let above = m.sub(s[8], median);
+    let below = m.difference(median, s[0]);
+    let above = m.difference(s[8], median);
     let d = m.min(below, above);
-    let high = m.add(median, d);
-    let low = m.sub(median, d);
     let mut value = median;
-    let dropped = m.lt(high, s[8]);
+    let dropped = m.lt(d, above);
     value = m.select(dropped, s[3], value);
-    let dropped = m.lt(high, s[6]);
+    let distance = m.difference(s[6], median);
+    let dropped = m.lt(d, distance);
     value = m.select(dropped, s[2], value);
-    let dropped = m.lt(s[1], low);
+    let distance = m.difference(median, s[1]);
+    let dropped = m.lt(d, distance);
     value = m.select(dropped, s[5], value);
-    let dropped = m.lt(s[3], low);
+    let distance = m.difference(median, s[3]);
+    let dropped = m.lt(d, distance);
     m.select(dropped, s[6], value)
 }
 
 /// Absolute difference of the pixel and the median of its neighbourhood, which is large at corners (Paler,
 /// Föglein, Illingworth and Kittler, *Local ordered grey levels as an aid to corner detection*, 1984).
-/// Values stay in -255 to 255.
+/// All values stay in 0 to 255.
 #[inline(always)]
 pub fn median_corner<M: PixelMachine + ?Sized>(m: &mut M, n: &Neighbourhood<M::P>) -> M::P {
     let s = sorted(m, n);
@@ -209,7 +225,7 @@ pub fn median_corner<M: PixelMachine + ?Sized>(m: &mut M, n: &Neighbourhood<M::P
 pub fn absolute_difference<M: PixelMachine + ?Sized>(m: &mut M, a: M::P, b: M::P) -> M::P {
     let larger = m.max(a, b);
     let smaller = m.min(a, b);
-    m.sub(larger, smaller)
+    m.difference(larger, smaller)
 }
 
 /// Magnitude of the Sobel gradient, sqrt(gx² + gy²), rounded to the nearest integer (I. Sobel and G. Feldman,
@@ -222,9 +238,7 @@ pub fn gradient<M: PixelMachine + ?Sized>(m: &mut M, n: &Neighbourhood<M::P>) ->
     let bottom = weighted(m, n[6], n[7], n[8]);
     let top = weighted(m, n[0], n[1], n[2]);
     let gy = m.sub(bottom, top);
-    let xx = m.mul(gx, gx);
-    let yy = m.mul(gy, gy);
-    let sum = m.add(xx, yy);
+    let sum = m.sum_of_squares(gx, gy);
     m.sqrt_round(sum)
 }
 
@@ -322,6 +336,46 @@ mod tests {
             index[i..].fill(next);
         }
         assert_eq!(count, 5005);
+    }
+
+    /// Unsigned bytes that panic where a value would leave them.
+    struct CheckedBytes;
+
+    impl PixelMachine for CheckedBytes {
+        type P = u8;
+        type M = bool;
+
+        fn constant(&mut self, value: i32) -> u8 {
+            u8::try_from(value).expect("a byte")
+        }
+        fn add(&mut self, a: u8, b: u8) -> u8 {
+            a.checked_add(b).expect("a byte")
+        }
+        fn sub(&mut self, a: u8, b: u8) -> u8 {
+            a.checked_sub(b).expect("a byte")
+        }
+        fn mul(&mut self, a: u8, b: u8) -> u8 {
+            a.checked_mul(b).expect("a byte")
+        }
+        fn lt(&mut self, a: u8, b: u8) -> bool {
+            a < b
+        }
+        fn select(&mut self, mask: bool, a: u8, b: u8) -> u8 {
+            if mask { a } else { b }
+        }
+    }
+
+    #[test]
+    fn the_median_family_fits_bytes() {
+        let mut random = crate::generate::Random::new(1);
+        for round in 0..100_000 {
+            let spread = [256, 40, 3][round % 3];
+            let n: [i32; 9] = std::array::from_fn(|_| random.below(spread) as i32);
+            let bytes = n.map(|v| v as u8);
+            let (m, b) = (&mut ScalarPixels, &mut CheckedBytes);
+            assert_eq!(truncated_median(m, &n), i32::from(truncated_median(b, &bytes)), "{n:?}");
+            assert_eq!(median_corner(m, &n), i32::from(median_corner(b, &bytes)), "{n:?}");
+        }
     }
 
     #[test]
