@@ -3,15 +3,12 @@
 //! Evolved and compiled, exported, hand-written or ideal: whatever finds obstacles is a [`Detector`]. This module
 //! holds the trait and [`CompiledDetector`], a program compiled once and called on any number of images.
 
-use std::sync::Arc;
-
 use image::GrayImage;
 use vsonar_ir::Program;
 
 use crate::exec::ExecError;
-use crate::exec::cranelift::{OwnedCode, Runner, Shape};
+use crate::export::native::{JitRows, NativeError};
 use crate::tree::Individual;
-use crate::vision::{CaseSet, Lane, WindowSums};
 
 /// Why an image could not be looked at.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -100,8 +97,7 @@ pub trait Detector {
 #[derive(Debug)]
 pub struct CompiledDetector {
     program: Program,
-    /// None where the answer is the same for every image.
-    code: Option<OwnedCode>,
+    code: JitRows,
 }
 
 impl CompiledDetector {
@@ -110,10 +106,10 @@ impl CompiledDetector {
     /// # Errors
     /// If there is no code generator for this machine, or the system refuses executable memory.
     pub fn compile(program: &Program) -> Result<CompiledDetector, ExecError> {
-        let code = match program.constant_answer() {
-            Some(_) => None,
-            None => Some(OwnedCode::compile(program, Shape::Lanes4)?),
-        };
+        let code = JitRows::compile(program).map_err(|error| match error {
+            NativeError::Memory(message) => ExecError::Memory(std::io::Error::other(message)),
+            other => ExecError::Compile(other.to_string()),
+        })?;
         Ok(CompiledDetector { program: program.clone(), code })
     }
 
@@ -160,14 +156,10 @@ impl Detector for CompiledDetector {
         if columns.len() != rows.len() {
             return Err(DetectError::Rows { columns: columns.len(), rows: rows.len() });
         }
-        let Some(code) = &self.code else {
-            rows.fill(self.program.constant_answer().unwrap_or_default());
-            return Ok(());
-        };
-        let lanes = columns.iter().map(|&column| Lane { image: 0, column }).collect();
-        let cases = CaseSet::new(vec![Arc::new(WindowSums::new(image))], lanes)
-            .expect("there is one image, and the columns have been checked");
-        Runner::new(false).run(&self.program, code.code(), &cases, rows);
+        // Columns below the width, which has 17 bits at most.
+        let columns: Vec<i32> = columns.iter().map(|&column| column.cast_signed()).collect();
+        let code = self.code.run(image.as_raw(), width as usize, &columns, rows);
+        assert_eq!(code, 0, "the arguments have been checked");
         Ok(())
     }
 }

@@ -9,6 +9,7 @@
 //! All forms take the raw pixels of a frame, compute the image operators only where the program's windows fall, and
 //! give the same bits as every executor. Beside the rows they give ranges, where a [`Camera`] is known.
 
+pub mod native;
 mod provenance;
 mod symbol;
 
@@ -39,3 +40,10 @@ pub struct Request {
     /// Whether ranges come from the median of the rows of three frames.
     pub median: bool,
 }
+
+/// What exported functions give for a null pointer.
+pub const ERROR_NULL: i32 = -1;
+/// What exported functions give for strides that cannot be.
+pub const ERROR_STRIDE: i32 = -2;
+/// What exported functions give for a column outside the image.
+pub const ERROR_COLUMN: i32 = -3;

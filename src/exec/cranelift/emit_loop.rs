@@ -20,8 +20,8 @@ pub(crate) trait WindowSource {
     /// Before the loop: the values the source carries from row to row, as they start.
     fn begin(&mut self, e: &mut Emitter<'_, '_>) -> Vec<ir::Value>;
 
-    /// At the top of a row: the carried values of this row.
-    fn enter(&mut self, carried: &[ir::Value]);
+    /// At the top of a row, which the source may leave for another block: the carried values of this row.
+    fn enter(&mut self, e: &mut Emitter<'_, '_>, carried: &[ir::Value]);
 
     /// A window operand at this row, in the emitter's shape.
     fn window(&mut self, e: &mut Emitter<'_, '_>, operand: Operand) -> ir::Value;
@@ -226,7 +226,7 @@ impl LoopEmitter<'_, '_> {
     /// A loop of a single row: no loop at all.
     fn single(&mut self, e: &mut Emitter<'_, '_>, start: Start, wanted: [bool; 5]) -> [Option<ir::Value>; 5] {
         let carried = self.source.begin(e);
-        self.source.enter(&carried);
+        self.source.enter(e, &carried);
         self.y = Some(self.scalar(e, start.y));
         self.first_window = Some(self.scalar(e, start.first_window));
         self.row(e);
@@ -274,7 +274,7 @@ impl LoopEmitter<'_, '_> {
         e.switch_to_block(body);
         let mut rest = params.iter().copied();
         let carried: Vec<ir::Value> = rest.by_ref().take(source_values).collect();
-        self.source.enter(&carried);
+        self.source.enter(e, &carried);
         for &k in &kept {
             self.frame.carried[k] = rest.next();
         }

@@ -17,14 +17,13 @@
 
 mod code;
 mod compiler;
-mod emit;
-mod emit_loop;
+pub(crate) mod emit;
+pub(crate) mod emit_loop;
 mod entries;
 mod executor;
 mod helpers;
 mod lanes;
 mod listing;
-mod owned;
 mod run;
 mod target;
 #[cfg(test)]
@@ -34,5 +33,3 @@ pub use emit::Shape;
 pub use executor::{CraneliftExecutor, CraneliftWorker};
 pub use listing::{asm, clif};
 
-pub(crate) use owned::OwnedCode;
-pub(crate) use run::Runner;
