@@ -12,15 +12,18 @@
 mod fill;
 mod jit;
 mod module;
+mod object;
 mod pixels;
 mod plan;
 mod rows;
+mod sensor;
 mod source;
 mod target;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use jit::JitRows;
+pub use object::Object;
 pub use target::{KNOWN, Target, TargetError};
 
 /// Why there is no native code.

@@ -58,11 +58,6 @@ impl Pixels {
     pub(super) fn parts(&self) -> &[ir::Value] {
         &self.parts[..self.lane.parts()]
     }
-
-    /// The largest value there can be.
-    pub(super) const fn high(&self) -> i64 {
-        self.high
-    }
 }
 
 /// Truth values, in lanes of this width.
