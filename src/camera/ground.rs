@@ -193,6 +193,11 @@ impl Ground {
         Range { row, bearing, distance, nearest, farthest, status }
     }
 
+    /// The last row of the images.
+    pub fn last_row(&self) -> f32 {
+        self.last
+    }
+
     /// The ray through the centre of a pixel.
     fn ray<M: Machine + ?Sized>(&self, m: &mut M, column: M::F, row: M::F) -> Ray<M> {
         let pixel = m.f32(self.pixel);

@@ -12,6 +12,7 @@
 //! away from the axis, so that the field of view holds whatever the distortion is.
 
 pub mod ground;
+pub mod scan;
 
 /// A camera and how it is mounted.
 #[derive(Debug, Clone, Copy, PartialEq)]
