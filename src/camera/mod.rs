@@ -11,8 +11,11 @@
 //!
 //! away from the axis, so that the field of view holds whatever the distortion is.
 
+mod file;
 pub mod ground;
 pub mod scan;
+
+pub use file::CameraFileError;
 
 /// A camera and how it is mounted.
 #[derive(Debug, Clone, Copy, PartialEq)]
