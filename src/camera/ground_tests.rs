@@ -1,7 +1,6 @@
 use std::f64::consts::PI;
 
 use super::*;
-use crate::world::camera::{Lens, Pose};
 
 const SIZE: (u32, u32) = (320, 240);
 
@@ -95,8 +94,8 @@ fn agrees_with_binary64_at_every_distance() {
 fn agrees_with_the_rays_of_the_simulated_camera() {
     for (pitch, field_of_view) in [(0.0, 60.0), (20.0, 90.0), (51.0, 90.0), (80.0, 110.0)] {
         let ground = ground(0.8, pitch, field_of_view, 0.0);
-        let lens = Lens { width: SIZE.0, height: SIZE.1, field_of_view: f64::to_radians(field_of_view) };
-        let view = lens.view(&Pose { x: 0.0, y: 0.0, z: 0.8, yaw: 0.0, pitch: f64::to_radians(pitch) });
+        let camera = camera(0.8, pitch, field_of_view, 0.0);
+        let view = camera.lens(SIZE.0, SIZE.1).view(&camera.pose(0.0, 0.0, 0.0));
         for column in (0..320).step_by(7) {
             for row in 1..240 {
                 let found = ground.locate(column, row as f32);
