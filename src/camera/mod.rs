@@ -11,7 +11,11 @@
 //!
 //! away from the axis, so that the field of view holds whatever the distortion is.
 
+mod file;
 pub mod ground;
+pub mod scan;
+
+pub use file::CameraFileError;
 
 /// A camera and how it is mounted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,4 +28,118 @@ pub struct Camera {
     pub field_of_view: f64,
     /// The radial distortion k, without unit: negative for a barrel, positive for a pincushion, 0 for none.
     pub distortion: f64,
+}
+
+/// A camera that cannot be, or of no use.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// A number outside its range.
+    #[error("the camera's `{field}` is {value}, but must be {min} to {max} {unit}")]
+    Number {
+        /// Name of the number.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// The least it may be.
+        min: f64,
+        /// The most it may be.
+        max: f64,
+        /// What it counts.
+        unit: &'static str,
+    },
+    /// A distortion for which the image folds onto itself before its corners.
+    #[error(
+        "the camera's `distortion` is {value}, but must be -{limit:.3} to {limit:.3} for images of {width} x {height} \
+         pixels: beyond, rays of different pixels would cross"
+    )]
+    Distortion {
+        /// Its value.
+        value: f64,
+        /// The most its magnitude may be.
+        limit: f64,
+        /// Width of the images.
+        width: u32,
+        /// Height of the images.
+        height: u32,
+    },
+    /// The whole image is above the horizon.
+    #[error(
+        "the camera's `pitch` is {pitch} degrees: even the lowest row of the image is above the horizon, and no floor \
+         is in view; a pitch below the horizontal is positive"
+    )]
+    NoFloor {
+        /// The pitch, in degrees.
+        pitch: f64,
+    },
+}
+
+/// Name, least and greatest value and unit of each number of a camera.
+const LIMITS: [(&str, f64, f64, &str); 4] = [
+    ("height", 0.001, 1000.0, "metres"),
+    ("pitch", -90.0, 90.0, "degrees"),
+    ("field_of_view", 1.0, 179.0, "degrees"),
+    ("distortion", -0.9, 0.9, "(no unit)"),
+];
+
+/// How near the distortion may come to where rays of different pixels cross.
+const DISTORTION_MARGIN: f64 = 0.9;
+
+impl Camera {
+    /// Whether each number by itself is possible: height 0.001 to 1000 m, pitch -90 to 90 degrees, field of view 1 to
+    /// 179 degrees, distortion -0.9 to 0.9.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check_numbers(&self) -> Result<(), CameraError> {
+        let values = [self.height, self.pitch, self.field_of_view, self.distortion];
+        for (value, (field, min, max, unit)) in values.into_iter().zip(LIMITS) {
+            if !(min..=max).contains(&value) {
+                return Err(CameraError::Number { field, value, min, max, unit });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether this can be the camera that takes images of `width` x `height` pixels: [`Camera::check_numbers`], rays
+    /// that do not cross from the middle to a row beyond each corner, and floor in view.
+    ///
+    /// # Errors
+    /// The first of these that does not hold.
+    pub fn check(&self, width: u32, height: u32) -> Result<(), CameraError> {
+        self.check_numbers()?;
+        let limit = Camera::distortion_limit(width, height);
+        if self.distortion.abs() > limit {
+            return Err(CameraError::Distortion { value: self.distortion, limit, width, height });
+        }
+        let (width, height) = (f64::from(width), f64::from(height));
+        let [_, down, _] = self.ray((width, height), (width / 2.0, height - 0.5));
+        if down <= 0.0 {
+            return Err(CameraError::NoFloor { pitch: self.pitch });
+        }
+        Ok(())
+    }
+
+    /// The greatest magnitude of the distortion for images of this size.
+    ///
+    /// The slope r / (1 + k r²) has a pole where k r² = -1 and turns where k r² = 1; both have to stay outside the
+    /// image, and outside the row below it, which [`ground`] looks at.
+    pub fn distortion_limit(width: u32, height: u32) -> f64 {
+        let corner = (f64::from(height) + 2.0) / f64::from(width);
+        DISTORTION_MARGIN / (1.0 + corner * corner)
+    }
+
+    /// The tangent of half the field of view.
+    fn tangent(&self) -> f64 {
+        libm::tan(self.field_of_view.to_radians() / 2.0)
+    }
+
+    /// Forward, down and left of the ray through an image point, in binary64. The size and the point (from the left
+    /// and the top edge) are in pixels.
+    fn ray(&self, (width, height): (f64, f64), (column, row): (f64, f64)) -> [f64; 3] {
+        let (x, y) = ((2.0 * column - width) / width, (2.0 * row - height) / width);
+        let k = self.distortion;
+        let scale = self.tangent() * (1.0 + k) / (1.0 + k * (x * x + y * y));
+        let (sin, cos) = libm::sincos(self.pitch.to_radians());
+        [cos - y * scale * sin, sin + y * scale * cos, -x * scale]
+    }
 }
