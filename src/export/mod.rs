@@ -9,7 +9,10 @@
 //! All forms take the raw pixels of a frame, compute the image operators only where the program's windows fall, and
 //! give the same bits as every executor. Beside the rows they give ranges, where a [`Camera`] is known.
 
+pub mod c;
+pub mod header;
 mod provenance;
+pub mod python;
 mod symbol;
 
 pub use provenance::Provenance;
