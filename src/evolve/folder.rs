@@ -62,6 +62,8 @@ pub struct RunFolder {
     data: toml::Table,
     /// Fingerprint of the settings in the folder.
     settings: u64,
+    /// Where its programs come from, as a comment in their files.
+    origin: String,
     made: Made,
     _lock: Lock,
 }
@@ -203,7 +205,12 @@ impl RunFolder {
         let lock = Lock::take(path).naming(path, "lock the run folder")?;
         let lock = lock.ok_or_else(|| FolderError::Locked(path.to_path_buf()))?;
         let (path, settings) = (path.to_path_buf(), settings.fingerprint());
-        Ok(RunFolder { path, data, settings, made: Made::default(), _lock: lock })
+        Ok(RunFolder { path, data, settings, origin: String::new(), made: Made::default(), _lock: lock })
+    }
+
+    /// Says where its programs come from, for the files that hold them.
+    pub(super) fn set_origin(&mut self, comment: String) {
+        self.origin = comment;
     }
 
     /// Where it is.
@@ -296,8 +303,8 @@ impl RunFolder {
         let cases = member.outcome.solved.len();
         let nodes = best.individual.len();
         let text = format!(
-            "; solves {} of {cases} training cases; {nodes} nodes; from generation {}\n{}\n",
-            best.correct, best.generation, best.individual
+            "; solves {} of {cases} training cases; {nodes} nodes; from generation {}\n{}\n{}\n",
+            best.correct, best.generation, self.origin, best.individual
         );
         replace_if_new(&self.file("best.gp"), &text)?;
         let lines = state.hall_of_fame.lines(cases as u32);

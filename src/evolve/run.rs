@@ -9,6 +9,7 @@ use super::cases::Cases;
 use super::checkpoint::{Origin, State};
 use super::evaluate::{EvaluateError, Evaluator, Tally, Task};
 use super::folder::{FolderError, RunFolder};
+use crate::export::Provenance;
 use super::hall_of_fame::HallOfFame;
 use super::initial::{self, Initial};
 use super::population::{Genotype, Member};
@@ -130,7 +131,7 @@ impl Evolution {
     /// As [`Evolution::new`]; if the settings are not the folder's, or the checkpoint cannot be used, or belongs
     /// to other data or settings.
     pub fn in_folder(
-        folder: RunFolder,
+        mut folder: RunFolder,
         train: &Dataset,
         settings: Settings,
         executor: Arc<dyn Executor>,
@@ -143,6 +144,8 @@ impl Evolution {
         {
             return Err(SettingsError::FewerGenerations { made, asked: run.settings.generations }.into());
         }
+        let (width, height) = (train.width(), train.height());
+        folder.set_origin(Provenance::comment(train.name(), run.settings.seed, width, height));
         folder.write_settings(&run.settings)?;
         folder.repair(run.state.as_ref())?;
         run.folder = Some(folder);

@@ -10,8 +10,11 @@
 //! give the same bits as every executor. Beside the rows they give ranges, where a [`Camera`] is known.
 
 pub mod archive;
+pub mod c;
+pub mod header;
 pub mod native;
 mod provenance;
+pub mod python;
 pub mod shared;
 mod symbol;
 

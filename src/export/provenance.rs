@@ -1,4 +1,6 @@
-//! Where an exported detector comes from.
+//! Where an exported detector comes from: what stands in the comments of `best.gp`.
+
+use crate::tree::Individual;
 
 /// What is known of a program's origin; it stands in the header and in what `NAME_info` gives.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -11,4 +13,62 @@ pub struct Provenance {
     pub seed: Option<u64>,
     /// How many training cases it answers correctly, and of how many.
     pub fitness: Option<(u32, u32)>,
+    /// Width and height of the images it was evolved on, in pixels.
+    pub size: Option<(u32, u32)>,
+}
+
+impl Provenance {
+    /// The comment that [`Provenance::of_text`] reads.
+    ///
+    /// ```
+    /// use vsonar::export::Provenance;
+    ///
+    /// let comment = Provenance::comment("corridor", 7, 320, 240);
+    /// let text = format!("; solves 12 of 30 training cases; 4 nodes\n{comment}\n(individual ...)");
+    /// let provenance = Provenance::of_text(&text);
+    /// assert_eq!((provenance.data.as_deref(), provenance.seed), (Some("corridor"), Some(7)));
+    /// assert_eq!((provenance.fitness, provenance.size), (Some((12, 30)), Some((320, 240))));
+    /// ```
+    pub fn comment(data: &str, seed: u64, width: u32, height: u32) -> String {
+        let data: String = data.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+        format!("; evolved with seed {seed}, on images of {width}x{height} pixels, of the data set {data}")
+    }
+
+    /// What the comments before a program say; what they do not say stays unknown. The program is the whole text
+    /// without them.
+    pub fn of_text(text: &str) -> Provenance {
+        let mut out = Provenance::default();
+        let mut rest = text;
+        while let Some(comment) = rest.trim_start().strip_prefix(';') {
+            let (line, after) = comment.split_once('\n').unwrap_or((comment, ""));
+            out.read(line.trim());
+            rest = after;
+        }
+        out.program = rest.trim().to_string();
+        out
+    }
+
+    /// What is known of an individual that stands in no file.
+    pub fn of_individual(individual: &Individual) -> Provenance {
+        Provenance { program: individual.to_string(), ..Provenance::default() }
+    }
+
+    fn read(&mut self, comment: &str) {
+        if let Some(solved) = comment.strip_prefix("solves ") {
+            let mut words = solved.split([' ', ';']);
+            if let (Some(correct), Some("of"), Some(cases), Some("training")) =
+                (words.next(), words.next(), words.next(), words.next())
+            {
+                self.fitness = correct.parse().ok().zip(cases.parse().ok());
+            }
+        }
+        let evolved = comment.strip_prefix("evolved with seed ").and_then(|rest| rest.split_once(", on images of "));
+        if let Some((seed, rest)) = evolved
+            && let Some((size, data)) = rest.split_once(" pixels, of the data set ")
+        {
+            self.seed = seed.parse().ok();
+            self.size = size.split_once('x').and_then(|(w, h)| w.parse().ok().zip(h.parse().ok()));
+            self.data = Some(data.to_string());
+        }
+    }
 }
