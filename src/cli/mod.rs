@@ -13,10 +13,12 @@ mod error;
 mod eval;
 mod evolve;
 mod executor;
+mod export;
 mod interrupt;
 mod ir;
 mod memory;
 mod output;
+mod program;
 mod settings;
 mod show;
 mod source;
@@ -56,6 +58,7 @@ enum Command {
     Eval(eval::Args),
     Show(show::Args),
     Ir(ir::Args),
+    Export(Box<export::Args>),
     Bench(Box<bench::Args>),
     Data(data::Args),
     Completions(completions::Args),
@@ -76,6 +79,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Eval(args) => eval::run(args),
         Command::Show(args) => show::run(args),
         Command::Ir(args) => ir::run(args),
+        Command::Export(args) => export::run(*args),
         Command::Bench(args) => bench::run(*args),
         Command::Data(args) => data::run(args),
         Command::Completions(args) => completions::run(args),

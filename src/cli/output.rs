@@ -50,6 +50,51 @@ fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     written
 }
 
+/// Puts files into a folder, all of them or none: each is written under a temporary name, and only when all are there
+/// do they take their places. The folder is made if need be. Without `force` none of them may be there already.
+pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> Result<(), CliError> {
+    if folder.exists() && !folder.is_dir() {
+        let text = format!("{}: is no folder; choose another `--out`", folder.display());
+        return Err(CliError::Failed(text));
+    }
+    for (name, _) in files {
+        let path = folder.join(name);
+        if path.is_dir() || path.symlink_metadata().is_ok() && !force {
+            let text = format!("{}: exists already; `--force` replaces it, or choose another `--out`", path.display());
+            return Err(CliError::Failed(text));
+        }
+    }
+    let made: Vec<&Path> = folder.ancestors().take_while(|f| !f.as_os_str().is_empty() && !f.exists()).collect();
+    let mut written: Vec<PathBuf> = Vec::new();
+    let mut write = || -> Result<(), CliError> {
+        fs::create_dir_all(folder).map_err(|e| CliError::file(folder, "make the folder", &e))?;
+        for (name, bytes) in files {
+            let path = folder.join(name);
+            let failed = |e: io::Error| CliError::file(&path, "write the file", &e);
+            let new = temporary(&path).map_err(failed)?;
+            written.push(new.clone());
+            let mut file = File::create(&new).map_err(failed)?;
+            file.write_all(bytes).and_then(|()| file.sync_all()).map_err(failed)?;
+        }
+        for ((name, _), new) in files.iter().zip(&written) {
+            let path = folder.join(name);
+            fs::rename(new, &path).map_err(|e| CliError::file(&path, "write the file", &e))?;
+        }
+        Ok(())
+    };
+    let done = write();
+    if done.is_err() {
+        // The failure that counts is the first one.
+        for new in written {
+            let _ = fs::remove_file(new);
+        }
+        for folder in made {
+            let _ = fs::remove_dir(folder);
+        }
+    }
+    done
+}
+
 /// A name beside `path` that no other process uses.
 fn temporary(path: &Path) -> io::Result<PathBuf> {
     let Some(leaf) = path.file_name() else {

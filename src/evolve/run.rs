@@ -9,7 +9,6 @@ use super::cases::Cases;
 use super::checkpoint::{Origin, State};
 use super::evaluate::{EvaluateError, Evaluator, Tally, Task};
 use super::folder::{FolderError, RunFolder};
-use crate::export::Provenance;
 use super::hall_of_fame::HallOfFame;
 use super::initial::{self, Initial};
 use super::population::{Genotype, Member};
@@ -19,6 +18,7 @@ use super::selection::scores;
 use super::settings::{Settings, SettingsError};
 use crate::dataset::Dataset;
 use crate::exec::Executor;
+use crate::export::Provenance;
 use crate::tree::{CreateError, Creator, CrossoverSettings, Individual};
 
 /// Why a run could not go on. What was recorded before stays.

@@ -7,7 +7,7 @@ use cranelift_object::{ObjectBuilder, ObjectModule};
 use super::module::Definer;
 use super::{NativeError, Target, sensor};
 use crate::camera::ground::Ground;
-use crate::export::{ABI, MEDIAN, Request};
+use crate::export::{ABI, Request, header};
 
 /// A finished object file.
 #[derive(Debug, Clone)]
@@ -78,7 +78,7 @@ fn info_data(module: &mut ObjectModule, request: &Request) -> Result<DataId, Nat
         ABI,
         program.width().cast_signed(),
         program.height().cast_signed(),
-        if request.median { MEDIAN.cast_signed() } else { 1 },
+        header::median(request).cast_signed(),
         i32::from(request.camera.is_some()),
         correct,
         cases,
