@@ -117,11 +117,11 @@ fn arguments(
     let mut add = |text: &[&str]| words.extend(text.iter().map(OsString::from));
     match flavour {
         Flavour::Elf => {
-            add(&["-shared", "-soname", &leaf, "-z", "noexecstack", "-z", "relro", "-z", "now", "--no-undefined"]);
-            add(&["-o"]);
+            // What the loader relocates is the addresses of four texts: not worth pages of their own.
+            add(&["-shared", "-soname", &leaf, "-z", "noexecstack", "-z", "norelro", "--no-undefined", "-o"]);
         }
         Flavour::ElfCompiler => {
-            add(&["-shared", "-nostdlib", &format!("-Wl,-soname,{leaf}"), "-Wl,-z,noexecstack,-z,relro,-z,now"]);
+            add(&["-shared", "-nostdlib", &format!("-Wl,-soname,{leaf}"), "-Wl,-z,noexecstack,-z,norelro"]);
             add(&["-Wl,--no-undefined", "-o"]);
         }
         Flavour::AppleCompiler => add(&["-dynamiclib", "-install_name", &format!("@rpath/{leaf}"), "-o"]),

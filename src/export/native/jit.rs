@@ -38,7 +38,7 @@ impl JitRows {
         target: &Target,
         shape: Shape,
     ) -> Result<JitRows, NativeError> {
-        let isa = target.isa(false)?;
+        let isa = target.isa()?;
         let builder = JITBuilder::with_isa(isa.clone(), cranelift_module::default_libcall_names());
         let mut module = JITModule::new(builder);
         let entry = (|| {
