@@ -40,7 +40,7 @@ fn opening(request: &Request, native: bool) -> String {
     let stack = if native {
         format!("{}_STACK_BYTES at most", request.symbol.upper())
     } else {
-        "less than one kilobyte or two, as the compiler has it".to_string()
+        "some hundred bytes (the compiler knows:\n * -fstack-usage)".to_string()
     };
     let mut out = format!(
         "/* {name}: a visual obstacle detector, exported by vsonar {}.\n *\n * It takes a gray image of {width} x {height} \
@@ -135,7 +135,7 @@ fn ranges(request: &Request) -> String {
     let (name, up) = (request.symbol.as_str(), request.symbol.upper());
     let (believed, state, reset) = if has_median(request) {
         (
-            "the median of the newest row and those of the two frames before, as far as they are finite",
+            "the median of three frames, as far as they are finite",
             format!(
                 "{up}_STATE_FLOATS(n) floats that belong to these columns: {name}_reset before the first frame, then left alone"
             ),

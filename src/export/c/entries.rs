@@ -127,7 +127,9 @@ fn reset(request: &Request) -> String {
 fn info(request: &Request) -> String {
     let (prefix, program, provenance) = (request.symbol.as_str(), &request.program, &request.provenance);
     let text = |name: &str, text: &str| {
-        format!("static const char {prefix}_{name}_text[] = {};\n", literal::text(text, "    "))
+        let text = literal::text(text, "    ");
+        let space = if text.starts_with('\n') { "" } else { " " };
+        format!("static const char {prefix}_{name}_text[] ={space}{text};\n")
     };
     let texts =
         text("data", provenance.data.as_deref().unwrap_or_default()) + &text("program", &provenance.program);

@@ -280,6 +280,11 @@ impl Body<'_, '_> {
             );
             if before > 1 {
                 self.line(1, "uint32_t oldest = 0;");
+            } else {
+                // A single one is a variable to compilers, and they do not see that it is set before it is used.
+                for &operand in &text.windows.operands {
+                    self.line(1, &format!("past[0].{} = 0;", Windows::name(operand)));
+                }
             }
         }
         let (start, count) = if has_sums { (before, height) } else { (0, rect.positions(height)) };
