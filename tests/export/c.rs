@@ -44,7 +44,7 @@ fn request(symbol: String, program: Program, kind: usize) -> Request {
 }
 
 /// Optimised programs: generated ones and lowered individuals; and half of them before the optimiser.
-fn samples() -> [Sample; 2] {
+pub(crate) fn samples() -> [Sample; 2] {
     let mut plain = Vec::new();
     let mut optimised = Vec::new();
     let sizes = |i: usize| SIZES[i % SIZES.len()];
@@ -129,8 +129,7 @@ fn check_values(name: &str, sample: &Sample, compilers: &[Compiler], units: usiz
 }
 
 /// The published detector on whole images: textures, and the real corridor where it is present.
-#[test]
-fn the_published_detector_sees_the_same() {
+pub(crate) fn fmrb() -> Sample {
     let root = std::env::var_os("VSONAR_DATA").map_or_else(
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
         std::path::PathBuf::from,
@@ -148,6 +147,10 @@ fn the_published_detector_sees_the_same() {
     let program = opt::optimise(&lower(&text.parse().expect("an individual"), 320, 240));
     let requests = vec![("fmrb".to_string(), request("fmrb".into(), program, 2))];
     let images = vec![Images { width: 320, height: 240, images }];
-    let sample = Sample { requests, images, column_step: 29 };
-    check_values("fmrb", &sample, &[STRICT[2], SLOW, ARM], 1);
+    Sample { requests, images, column_step: 29 }
+}
+
+#[test]
+fn the_published_detector_sees_the_same() {
+    check_values("fmrb", &fmrb(), &[STRICT[2], SLOW, ARM], 1);
 }

@@ -32,7 +32,7 @@ pub(crate) struct Sample {
 
 /// A sample's files: the detectors in some translation units, the harness, the images.
 pub(crate) struct Files {
-    folder: PathBuf,
+    pub(crate) folder: PathBuf,
     units: Vec<String>,
 }
 
@@ -171,6 +171,19 @@ impl Files {
         let program = folder.join("harness");
         let objects = self.units.iter().map(|unit| folder.join(format!("{unit}.o")));
         run(compiler.command().args(objects).arg("-o").arg(&program));
+        let output = folder.join("answers");
+        run(compiler.runner(&program).arg(self.folder.join("images")).arg(&output));
+        std::fs::read(output).expect("the harness wrote it")
+    }
+
+    /// Compiles the harness alone, links it with detectors that are compiled already, and runs it in `folder`; what
+    /// it wrote.
+    pub(crate) fn run_with(&self, compiler: &Compiler, detectors: &[PathBuf], folder: &Path) -> Vec<u8> {
+        std::fs::create_dir_all(folder).expect("folders can be made");
+        let program = folder.join("harness");
+        let mut command = compiler.command();
+        command.arg(self.folder.join("harness.c")).args(detectors).arg("-o").arg(&program);
+        run(command.arg(format!("-Wl,-rpath,{}", self.folder.display())));
         let output = folder.join("answers");
         run(compiler.runner(&program).arg(self.folder.join("images")).arg(&output));
         std::fs::read(output).expect("the harness wrote it")

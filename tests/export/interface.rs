@@ -28,6 +28,7 @@ pub(crate) fn request(name: &str, provenance: &str, median: bool) -> Request {
             data: Some("corridor \"??/\"".into()),
             seed: Some(u64::MAX),
             fitness: Some((391, 426)),
+            size: None,
         },
         camera: Some(CAMERA),
         median,
