@@ -42,8 +42,12 @@ const START_POINTS: usize = 100;
 /// view as a share of themselves, pitch in degrees, distortion.
 const OPEN: [f64; 4] = [0.5, 15.0, 0.5, 1.0];
 const POOR: [f64; 4] = [0.05, 2.0, 0.05, 0.1];
-/// A point is an outlier if its squares are this many times what the rest leaves to expect.
+/// A point is an outlier if its squares are this many times what the rest leaves to expect: three times as many where
+/// the rest has but [`OUTLIER_SPARE`] measurements more than unknowns, which is little to expect from.
 const OUTLIER: f64 = 25.0;
+const OUTLIER_SPARE: usize = 4;
+/// A good table is off by less than this share of the image's width: 2 pixels in 320.
+const ROUGH: f64 = 1.0 / 160.0;
 
 /// What is known of the camera beforehand, in the units of [`Camera`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -115,6 +119,8 @@ pub enum Warning {
         /// Its name.
         number: &'static str,
     },
+    /// The points are off by much more than one can mistake a pixel.
+    Rough,
     /// As many measurements as unknowns: nothing tells a wrong one.
     NoRedundancy,
     /// A point at or above the camera's horizon.
@@ -135,6 +141,10 @@ impl std::fmt::Display for Warning {
             Warning::Poor { number } => {
                 write!(f, "the points hardly determine `{number}`; {}", remedy(number))
             }
+            Warning::Rough => f.write_str(
+                "the points are off by more than they should; measure again, or let the lens bend: leave out \
+                 `--distortion`, and give points from the middle to the corners",
+            ),
             Warning::NoRedundancy => f.write_str(
                 "there are no more measurements than unknowns, so that a wrong one cannot show; add points",
             ),
@@ -241,7 +251,6 @@ impl CalibrateError {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Calibration {
     /// The camera.
-    #[serde(skip)]
     pub camera: Camera,
     /// Width and height of the images, in pixels.
     pub size: (u32, u32),
@@ -335,11 +344,15 @@ pub fn calibrate(points: &[Point], known: &Known, size: (u32, u32)) -> Result<Ca
             (false, None) => reason,
         },
     });
+    let rms_pixels = rms(&pixels);
+    if rms_pixels > ROUGH * f64::from(size.0) {
+        warnings.push(Warning::Rough);
+    }
     Ok(Calibration {
         camera,
         size,
         numbers,
-        rms_pixels: rms(&pixels),
+        rms_pixels,
         rms_metres: (!metres.is_empty()).then(|| rms(&metres)),
         residuals,
         warnings,
@@ -481,10 +494,11 @@ fn outlier(problem: &Problem, fit: &Fit, sensitivity: &Sensitivity) -> Option<Wa
         let count = point.measurements();
         let own = &all[first..first + count];
         let spare = all.len().saturating_sub(count + unknowns);
-        if let Some(drop) = sensitivity.without(first, own).filter(|_| spare >= 2) {
+        if let Some(drop) = sensitivity.without(first, own).filter(|_| spare >= OUTLIER_SPARE) {
             let rest = (fit.squares - drop).max(0.0);
             let expected = (rest / spare as f64).max(ROUNDING * ROUNDING);
-            let ratio = drop / count as f64 / expected;
+            let few = 1.0 + 2.0 * OUTLIER_SPARE as f64 / spare as f64;
+            let ratio = drop / count as f64 / expected / few;
             if ratio > worst.map_or(OUTLIER, |(ratio, _)| ratio) {
                 let points = (problem.points.len() - 1) as f64;
                 let rms_without = (rest / points).sqrt();

@@ -21,7 +21,7 @@ pub mod scan;
 pub use file::CameraFileError;
 
 /// A camera and how it is mounted.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Camera {
     /// Height of the lens above the floor, in metres.
     pub height: f64,

@@ -7,6 +7,7 @@ mod bench;
 mod bench_population;
 mod bench_tables;
 mod bench_view;
+mod calibrate;
 mod completions;
 mod data;
 mod error;
@@ -57,6 +58,7 @@ enum Command {
     Show(show::Args),
     Ir(ir::Args),
     Bench(Box<bench::Args>),
+    Calibrate(calibrate::Args),
     Data(data::Args),
     Completions(completions::Args),
 }
@@ -77,6 +79,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Show(args) => show::run(args),
         Command::Ir(args) => ir::run(args),
         Command::Bench(args) => bench::run(*args),
+        Command::Calibrate(args) => calibrate::run(args),
         Command::Data(args) => data::run(args),
         Command::Completions(args) => completions::run(args),
     };
