@@ -10,6 +10,36 @@
 //! ```
 //!
 //! away from the axis, so that the field of view holds whatever the distortion is.
+//!
+//! ```text
+//! from the side                                       from above
+//!
+//!      lens                                           \                 |                 /
+//!    __[]>- - - - - - - - -  horizontal                \     x=========x=========x  yardstick
+//!     ^ |\ `.  ) pitch                                  \               |               /
+//!     | | \   `.                                         \   x=========x=========x     /
+//!  height  \    `. optical axis                           \  |         |             /
+//!     | |   \      `.            +---+                     \ |<- left ->|            /
+//!     v |    \        `.         |   | obstacle             \           |           /  ^
+//!  -----+-----\---x-----`.-------+---+---- floor             \---------|----------/   | ahead
+//!       |<-ahead->| yardstick    its lowest pixel                        + under the lens v
+//! ```
+//!
+//! The same as a picture: `examples/camera.svg`. What flows here:
+//!
+//! ```text
+//! points.csv --points--> calibrate --> Camera <--file--> camera.toml
+//!                                        |
+//! row of a detector -------------> ground::Ground --> ground::Range --> scan::LaserScan
+//! ```
+//!
+//! A protractor and a yardstick suffice: measure height and pitch, put the yardstick on the floor across the view, and
+//! [`calibrate`] finds the rest; with more points it finds all four numbers. The formula of [`ground`] is the one that
+//! every exported detector has inside.
+//!
+//! What the flat floor costs: what stands off the floor by e is seen at h / (h - e) of its distance (h being the
+//! height of the lens), so that the overhanging edge of a table seems farther than it is; and a pitch that is off by
+//! an angle a, because the robot nods or the floor slopes, shifts a distance d by about a (d² + h²) / h.
 
 pub mod calibrate;
 mod file;
@@ -232,7 +262,7 @@ mod tests {
                 assert!((again - row).abs() < 1e-9, "{camera:?} {column} {row} {again}");
             }
             assert_eq!(camera.project(size, -5.0, 0.0), None, "behind");
-            assert_eq!(camera.row_of(size, 3.0, -5.0).is_some(), false, "behind");
+            assert!(camera.row_of(size, 3.0, -5.0).is_none(), "behind");
         }
         let level = Camera { height: 0.8, pitch: 0.0, field_of_view: 90.0, distortion: 0.0 };
         assert_eq!(level.floor((320, 240), 10.0, 119.0), None, "above the horizon");

@@ -62,6 +62,20 @@ fn a_camera_comes_out() {
 }
 
 #[test]
+fn the_example_gives_the_camera_it_was_made_with() {
+    let place = Place::new();
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/points.csv");
+    let text = place.ok(&["calibrate", example, "--out", "camera.toml"]);
+    assert!(text.contains("19 points") && !text.contains("Warning"), "{text}");
+    let camera = Camera::load(&place.path("camera.toml")).expect("sound");
+    assert!((camera.height - 0.8).abs() < 0.005 && (camera.pitch - 51.0).abs() < 0.2, "{camera:?}");
+    assert!(
+        (camera.field_of_view - 90.0).abs() < 0.4 && (camera.distortion + 0.12).abs() < 0.01,
+        "{camera:?}"
+    );
+}
+
+#[test]
 fn what_is_known_is_held() {
     let place = place();
     place.write("row.csv", table(&Camera { distortion: 0.0, ..TRUTH }, &[0.5]));
