@@ -17,7 +17,7 @@
 //! use vsonar::camera::points;
 //!
 //! // Height and pitch by yardstick and protractor; then one yardstick on the floor, 50 cm ahead, gives the rest.
-//! let table = "column,row,ahead,left\n36,155,0.5,0.5\n98,155,0.5,0.25\n159,155,0.5,0\n221,155,0.5,-0.25\n";
+//! let table = "column,row,ahead,left\n72,156,0.5,0.5\n116,156,0.5,0.25\n160,156,0.5,0\n203,156,0.5,-0.25\n";
 //! let known = Known { height: Some(0.8), pitch: Some(45.0), ..Known::default() };
 //! let found = calibrate(&points::read(table, "points.csv")?, &known, (320, 240))?;
 //! assert!((found.camera.field_of_view - 90.0).abs() < 2.0 && found.camera.distortion == 0.0);
