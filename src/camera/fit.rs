@@ -297,11 +297,9 @@ mod tests {
         let matrix = [[4.0, 1.0, 0.5, 0.0], [1.0, 3.0, 0.2, 0.0], [0.5, 0.2, 2e6, 0.0], [0.0, 0.0, 0.0, 0.0]];
         let free = [true, true, true, false];
         let inverse = inverse(&matrix, &free, SINGULAR).expect("regular");
-        for i in 0..3 {
-            for j in 0..3 {
-                let product: f64 = (0..3).map(|k| matrix[i][k] * inverse[k][j]).sum();
-                assert!((product - f64::from(u8::from(i == j))).abs() < 1e-12, "{i} {j} {product}");
-            }
+        for (i, j) in (0..9).map(|n| (n / 3, n % 3)) {
+            let product: f64 = (0..3).map(|k| matrix[i][k] * inverse[k][j]).sum();
+            assert!((product - f64::from(u8::from(i == j))).abs() < 1e-12, "{i} {j} {product}");
         }
         assert_eq!(super::inverse(&matrix, &[true; 4], SINGULAR), Err(Undetermined(3)));
         let dependent = [[1.0, 1.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], [0.0; 4], [0.0; 4]];

@@ -42,6 +42,7 @@
 //! an angle a, because the robot nods or the floor slopes, shifts a distance d by about a (d² + h²) / h.
 
 pub mod calibrate;
+mod calibration;
 mod file;
 mod fit;
 pub mod ground;
