@@ -7,6 +7,7 @@ mod bench;
 mod bench_population;
 mod bench_tables;
 mod bench_view;
+mod calibrate;
 mod completions;
 mod data;
 mod error;
@@ -60,6 +61,7 @@ enum Command {
     Ir(ir::Args),
     Export(Box<export::Args>),
     Bench(Box<bench::Args>),
+    Calibrate(calibrate::Args),
     Data(data::Args),
     Completions(completions::Args),
 }
@@ -81,6 +83,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Ir(args) => ir::run(args),
         Command::Export(args) => export::run(*args),
         Command::Bench(args) => bench::run(*args),
+        Command::Calibrate(args) => calibrate::run(args),
         Command::Data(args) => data::run(args),
         Command::Completions(args) => completions::run(args),
     };

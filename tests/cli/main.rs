@@ -3,6 +3,7 @@
 mod bad_input;
 mod bad_programs;
 mod bench;
+mod calibrate;
 mod common;
 mod eval;
 mod evolve;
