@@ -51,7 +51,48 @@ impl Ground {
     }
 }
 
+// Stand-ins, which the camera's own files replace.
+
+/// Stand-in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// As given.
+    pub row: f32,
+    /// Stand-in.
+    pub bearing: f32,
+    /// Stand-in.
+    pub distance: f32,
+    /// Stand-in.
+    pub nearest: f32,
+    /// Stand-in.
+    pub farthest: f32,
+    /// Stand-in.
+    pub status: Status,
+}
+
+impl Ground {
+    /// Stand-in.
+    pub fn locate(&self, column: u32, row: f32) -> Range {
+        let status = if row.is_finite() { Status::Obstacle } else { Status::Invalid };
+        Range { row, bearing: column as f32, distance: row, nearest: row - 1.0, farthest: row + 1.0, status }
+    }
+}
+
 /// The row to believe after three frames, `current` being the newest: see the module's documentation.
-pub fn median_of_three<M: Machine + ?Sized>(_m: &mut M, current: M::F, _previous: M::F, _before: M::F) -> M::F {
-    current
+pub fn median_of_three<M: Machine + ?Sized>(m: &mut M, current: M::F, previous: M::F, before: M::F) -> M::F {
+    use vsonar_ir::formula::arith::{max, min};
+    let (none, zero) = (m.f32(f32::INFINITY), m.f32(0.0));
+    let finite = |m: &mut M, a: M::F| {
+        let difference = m.sub(a, a);
+        m.eq(difference, zero)
+    };
+    // One that is no number counts as the largest: then the middle one is the larger of the two others.
+    let [known, of_previous, of_before] = [current, previous, before].map(|row| finite(m, row));
+    let (previous, before) = (m.select(of_previous, previous, none), m.select(of_before, before, none));
+    let (low, high) = (min(m, previous, before), max(m, previous, before));
+    let middle = min(m, current, high);
+    let middle = max(m, middle, low);
+    let alone = m.eq(low, none);
+    let middle = m.select(alone, current, middle);
+    m.select(known, middle, current)
 }
