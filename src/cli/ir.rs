@@ -1,18 +1,14 @@
 //! `vsonar ir`: what the compiler makes of a program.
 
-use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::ValueEnum;
 use vsonar::exec::cranelift::{self, Shape};
-use vsonar::ir::{Program, opt, text};
-use vsonar::tree::Individual;
+use vsonar::ir::{opt, text};
 
 use super::executor::with_stack;
+use super::program::{Loaded, size};
 use super::{CliError, output};
-
-/// Far above the text of any program.
-const MAX_BYTES: u64 = 64 << 20;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -63,16 +59,6 @@ enum Native {
 /// The size unless the flag says otherwise: that of the method's images.
 const SIZE: (u32, u32) = (320, 240);
 
-fn size(text: &str) -> Result<(u32, u32), String> {
-    let sides = Program::MIN_SIDE..=Program::MAX_SIDE;
-    let parsed = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    let size = parsed.ok_or("write width and height in pixels, as in 320x240")?;
-    if sides.contains(&size.0) && sides.contains(&size.1) {
-        return Ok(size);
-    }
-    Err(format!("each side must have {} to {} pixels", sides.start(), sides.end()))
-}
-
 /// Prints the program at the stage asked for.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let text = with_stack(|| listing(&args))??;
@@ -80,7 +66,10 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 }
 
 fn listing(args: &Args) -> Result<String, CliError> {
-    let lowered = lowered(&args.program, args.size)?;
+    let loaded = Loaded::load(&args.program)?;
+    loaded.check_size(&args.program, args.size)?;
+    let size = loaded.size().or(args.size).unwrap_or(SIZE);
+    let lowered = loaded.lowered(size);
     if args.stage == Stage::Lowered {
         return Ok(text::print(&lowered));
     }
@@ -94,39 +83,4 @@ fn listing(args: &Args) -> Result<String, CliError> {
         Stage::Clif => cranelift::clif(&optimised, shape)?,
         Stage::Asm => cranelift::asm(&optimised, shape)?,
     })
-}
-
-fn lowered(path: &Path, size: Option<(u32, u32)>) -> Result<Program, CliError> {
-    if path.extension().is_none_or(|e| e != "vir") {
-        let individual = Individual::load(path)?;
-        let (width, height) = size.unwrap_or(SIZE);
-        return Ok(vsonar::lower::lower(&individual, width, height));
-    }
-    let mut source = String::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(MAX_BYTES).read_to_string(&mut source))
-        .map_err(|e| CliError::file(path, "read the program", &e))?;
-    let program = text::parse(&source).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?;
-    match size {
-        Some(size) if size != (program.width(), program.height()) => Err(CliError::Usage(format!(
-            "--size: {} states its own image size, {}x{}; change it there",
-            path.display(),
-            program.width(),
-            program.height()
-        ))),
-        _ => Ok(program),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes() {
-        assert_eq!(size("64x48"), Ok((64, 48)));
-        for wrong in ["64", "64x", "x48", "15x48", "64x1000000", "-64x48", "64x48x3", ""] {
-            assert!(size(wrong).is_err(), "{wrong}");
-        }
-    }
 }

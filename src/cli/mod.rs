@@ -17,6 +17,13 @@ mod interrupt;
 mod ir;
 mod memory;
 mod output;
+mod program;
+mod run;
+mod run_columns;
+mod run_input;
+mod run_latency;
+mod run_output;
+mod run_worker;
 mod settings;
 mod show;
 mod source;
@@ -36,6 +43,7 @@ Examples:
   vsonar evolve --data photos                   evolve on images and labels of your own
   vsonar eval runs/photos-seed-1/best.gp --data photos
   vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
+  vsonar run runs/photos-seed-1/best.gp --input photos    its answers to a camera's frames
   vsonar evolve --help                          the flags of a command, with examples
 
 A data folder holds `labels.csv` (header `image,x,y`; y is the row, counted from the top, of the lowest pixel of
@@ -55,6 +63,7 @@ enum Command {
     Evolve(Box<evolve::Args>),
     Eval(eval::Args),
     Show(show::Args),
+    Run(Box<run::Args>),
     Ir(ir::Args),
     Bench(Box<bench::Args>),
     Data(data::Args),
@@ -75,6 +84,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Evolve(args) => evolve::run(*args),
         Command::Eval(args) => eval::run(args),
         Command::Show(args) => show::run(args),
+        Command::Run(args) => run::run(*args),
         Command::Ir(args) => ir::run(args),
         Command::Bench(args) => bench::run(*args),
         Command::Data(args) => data::run(args),

@@ -5,7 +5,7 @@ use std::io;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::{Frame, FrameError, FrameSource};
+use super::{Frame, FrameError, FrameFault, FrameSource};
 
 /// Which frame comes next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,7 +119,22 @@ impl Drop for Feed {
     }
 }
 
+/// Tells the end of a thread that panics, for whom one would wait for ever.
+struct Last<'a>(&'a Shared);
+
+impl Drop for Last<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            let fault = FrameFault::Read(io::Error::other("the reader failed"));
+            let error = FrameError { origin: "the input".to_string(), frame: None, fault };
+            self.0.lock().end = Some(Err(error));
+            self.0.changed.notify_all();
+        }
+    }
+}
+
 fn deliver(mut source: impl FrameSource, pace: Pace, shared: &Shared) {
+    let _last = Last(shared);
     let mut frame = Frame::default();
     loop {
         let mut slot = shared.lock();
@@ -152,7 +167,6 @@ fn deliver(mut source: impl FrameSource, pace: Pace, shared: &Shared) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{FrameFault, FrameSource};
     use super::*;
     use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -236,6 +250,29 @@ mod tests {
         };
         assert_eq!(feed.next(&mut Frame::default(), stop).expect("nothing is wrong"), Next::Stopped);
         drop(sender);
+    }
+
+    /// A source with a fault of its own.
+    struct Faulty;
+
+    impl FrameSource for Faulty {
+        fn width(&self) -> u32 {
+            16
+        }
+
+        fn height(&self) -> u32 {
+            16
+        }
+
+        fn read(&mut self, _: &mut Frame) -> Result<bool, FrameError> {
+            panic!("on purpose")
+        }
+    }
+
+    #[test]
+    fn nobody_waits_for_a_thread_that_panicked() {
+        let mut feed = Feed::start(Faulty, Pace::Every).expect("a thread");
+        feed.next(&mut Frame::default(), || false).expect_err("the reader failed");
     }
 
     #[test]

@@ -10,4 +10,5 @@ mod help;
 mod interruption;
 mod kill;
 mod other;
+mod run;
 mod show;

@@ -1,0 +1,88 @@
+//! A program from a file: as evolved (.gp), or in the compiler's own text form (.vir).
+
+use std::io::Read;
+use std::path::Path;
+
+use vsonar::ir::{Program, text};
+use vsonar::tree::Individual;
+
+use super::CliError;
+
+/// Far above the text of any program.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// What a file holds.
+#[derive(Debug)]
+pub(crate) enum Loaded {
+    /// As evolved, for images of any size.
+    Individual(Individual),
+    /// In the compiler's form, for images of the size that it states.
+    Program(Program),
+}
+
+impl Loaded {
+    /// Reads the file; the ending `.vir` tells the compiler's form. To be called with room for deep recursion
+    /// ([`super::executor::with_stack`]), as all of this.
+    pub(crate) fn load(path: &Path) -> Result<Loaded, CliError> {
+        if path.extension().is_none_or(|e| e != "vir") {
+            return Ok(Loaded::Individual(Individual::load(path)?));
+        }
+        let mut source = String::new();
+        std::fs::File::open(path)
+            .and_then(|file| file.take(MAX_BYTES).read_to_string(&mut source))
+            .map_err(|e| CliError::file(path, "read the program", &e))?;
+        let program = text::parse(&source);
+        program.map(Loaded::Program).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))
+    }
+
+    /// The size of images that the program states.
+    pub(crate) fn size(&self) -> Option<(u32, u32)> {
+        match self {
+            Loaded::Individual(_) => None,
+            Loaded::Program(program) => Some((program.width(), program.height())),
+        }
+    }
+
+    /// The program before the optimiser, for images of the size given, which must be the one it states.
+    pub(crate) fn lowered(self, (width, height): (u32, u32)) -> Program {
+        match self {
+            Loaded::Individual(individual) => vsonar::lower::lower(&individual, width, height),
+            Loaded::Program(program) => program,
+        }
+    }
+
+    /// Refuses a `--size` that is not the one the program at `path` states.
+    pub(crate) fn check_size(&self, path: &Path, size: Option<(u32, u32)>) -> Result<(), CliError> {
+        match (self.size(), size) {
+            (Some((width, height)), Some(size)) if size != (width, height) => Err(CliError::Usage(format!(
+                "--size: {} states its own image size, {width}x{height}; change it there",
+                path.display(),
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// An image size, as in 320x240.
+pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = Program::MIN_SIDE..=Program::MAX_SIDE;
+    let parsed = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    let size = parsed.ok_or("write width and height in pixels, as in 320x240")?;
+    if sides.contains(&size.0) && sides.contains(&size.1) {
+        return Ok(size);
+    }
+    Err(format!("each side must have {} to {} pixels", sides.start(), sides.end()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(size("64x48"), Ok((64, 48)));
+        for wrong in ["64", "64x", "x48", "15x48", "64x1000000", "-64x48", "64x48x3", ""] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+}
