@@ -74,7 +74,7 @@ fn load(path: &Path, number: u64) -> Result<GrayImage, FrameError> {
     load_gray(path).map_err(|error| FrameError {
         origin: leaf(path),
         frame: Some(number),
-        fault: FrameFault::Image(error),
+        fault: FrameFault::Image(Box::new(error)),
     })
 }
 

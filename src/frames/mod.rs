@@ -185,7 +185,7 @@ pub enum FrameFault {
     },
     /// An image file that cannot be used.
     #[error(transparent)]
-    Image(#[from] ImageError),
+    Image(Box<ImageError>),
     /// A folder without an image.
     #[error("there is no image in this folder; PNG, JPEG, PNM, BMP and others are known by their endings")]
     NoImages,
