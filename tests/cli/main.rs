@@ -11,4 +11,5 @@ mod help;
 mod interruption;
 mod kill;
 mod other;
+mod run;
 mod show;
