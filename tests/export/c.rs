@@ -106,9 +106,16 @@ const ARM: Compiler = Compiler {
     options: &["-O2", "-Wall", "-Wextra", "-Werror"],
     emulator: &["qemu-arm", "-L", "/usr/arm-linux-gnueabihf"],
 };
+/// Every processor of this kind multiplies and adds in one instruction, where it is let.
+const ARM64: Compiler = Compiler {
+    command: "aarch64-linux-gnu-gcc",
+    options: &["-O3", "-ffp-contract=fast", "-Wall", "-Wextra", "-Werror"],
+    emulator: &["qemu-aarch64", "-L", "/usr/aarch64-linux-gnu"],
+};
 /// Programs before the optimiser may compare a value with itself, of which compilers warn.
 const OPTIMISING: Compiler = Compiler::native("gcc", &["-O3", "-march=native"]);
-const FAST: Compiler = Compiler::native("gcc", &["-O3", "-march=native", "-Wall", "-Wextra", "-Werror"]);
+const FAST: Compiler =
+    Compiler::native("gcc", &["-O3", "-march=native", "-ffp-contract=fast", "-Wall", "-Wextra", "-Werror"]);
 const QUICK: [Compiler; 6] = [
     Compiler::native("gcc", &["-O0"]),
     Compiler::native("clang", &["-O0"]),
@@ -120,7 +127,8 @@ const QUICK: [Compiler; 6] = [
 const CLANG_FAST: Compiler =
     Compiler::native("clang", &["-O3", "-march=native", "-Wall", "-Wextra", "-Werror"]);
 /// These take their time, and are given fewer programs.
-const SLOW: [Compiler; 4] = [
+const SLOW: [Compiler; 5] = [
+    ARM64,
     Compiler::native("clang", &["-O2", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]),
     CLANG_FAST,
     Compiler::native("gcc", &["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]),
@@ -209,5 +217,5 @@ fn the_published_detector_sees_the_same() {
     let requests = vec![("fmrb".to_string(), request("fmrb".into(), program, 2))];
     let images = vec![Images { width: 320, height: 240, images }];
     let sample = Sample { requests, images, column_step: 29 };
-    check_values("fmrb", &sample, &[FAST, CLANG_FAST, ARM], 1);
+    check_values("fmrb", &sample, &[FAST, CLANG_FAST, ARM, ARM64], 1);
 }
