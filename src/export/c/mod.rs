@@ -35,6 +35,7 @@ pub(super) mod literal;
 mod live;
 mod loops;
 mod operators;
+mod rows;
 mod windows;
 mod writer;
 
