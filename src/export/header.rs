@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::c::literal::comment;
+use super::c::literal::{comment, quoted};
 use super::{ABI, MEDIAN, Request};
 
 /// Whether the ranges come from the median of three frames. Without a camera there are no ranges.
@@ -89,6 +89,16 @@ fn constants(request: &Request, stack_bytes: Option<usize>) -> String {
     );
     let floats = if has_median(request) { "(2 * (size_t)(n))" } else { "((size_t)0 * (size_t)(n))" };
     constant("STATE_FLOATS(n)", floats.into(), "floats of state for n columns");
+    if let Some(data) = &request.provenance.data {
+        constant("DATA", quoted(data), "the data set it was evolved on");
+    }
+    if let Some(seed) = request.provenance.seed {
+        constant("SEED", format!("UINT64_C({seed})"), "of the run it was evolved in");
+    }
+    if let Some((correct, cases)) = request.provenance.fitness {
+        constant("CORRECT", correct.to_string(), "training cases answered correctly");
+        constant("CASES", cases.to_string(), "training cases in all");
+    }
     if let Some(camera) = &request.camera {
         constant("CAMERA_HEIGHT", format!("{:?}", camera.height), "of the lens above the floor, in metres");
         constant(

@@ -80,6 +80,7 @@ int main(void)
     CHECK(info->correct == 391 && info->cases == 426);
     CHECK(info->has_seed == 1 && info->seed == UINT64_MAX);
     CHECK(strcmp(info->version, DET_VSONAR_VERSION) == 0 && strcmp(info->name, "det") == 0);
+    CHECK(strcmp(info->data, DET_DATA) == 0 && DET_SEED == info->seed && DET_CORRECT == 391 && DET_CASES == 426);
     CHECK(DET_STACK_BYTES == 12345 && DET_CAMERA_PITCH == 51.0);
     fwrite(info->data, 1, strlen(info->data) + 1, stdout);
     fwrite(info->program, 1, strlen(info->program) + 1, stdout);

@@ -16,6 +16,7 @@ use crate::common::same;
 use crate::tools::{Compiler, in_parallel, run};
 
 /// Images of one size.
+#[derive(Clone)]
 pub(crate) struct Images {
     pub(crate) width: u32,
     pub(crate) height: u32,

@@ -13,7 +13,7 @@ use crate::tools::{Compiler, folder, has, run};
 /// Everything that a text can do to C.
 const NASTY: &str = "(\"quoted\" \\ 'single' */ /* ??/ ??' ??) %d \t \u{1}\u{7f}) // é\u{2028}\u{202e}\u{1F916} \\\n???/\n\n*/*/end";
 
-/// A program that multiplies and adds, with every function and operator in it.
+/// A program that multiplies and adds, with functions and operators of every kind.
 pub(crate) fn request(name: &str, provenance: &str, median: bool) -> Request {
     let source = "(individual (iterate-up 5x5 (* x-obstacle 0.99) (set-a (+ (* read-a 0.5) (sin median))))
         (iterate-down 4x4 x-obstacle (prog3 (set-b (+ (* gradient y) (atan2 median-corner iter2-a)))
