@@ -93,6 +93,21 @@ fn in_order(compiler: &Compiler, mut found: Vec<u8>) -> Vec<u8> {
     found
 }
 
+/// Links every object of a sample into a shared library of its own.
+fn libraries(sample: &Sample, target: &Target, objects: &[PathBuf], folder: &std::path::Path) -> Vec<PathBuf> {
+    let link = |((about, request), object): (&(String, vsonar::export::Request), &PathBuf)| {
+        let object = std::fs::read(object).expect("a moment ago it was written");
+        let exports: &[&str] =
+            if request.camera.is_some() { &["detect", "ranges", "reset", "info"] } else { &["detect", "info"] };
+        let library = shared::link(&request.symbol, &object, target, None, exports)
+            .unwrap_or_else(|e| panic!("{target}, {about}: {e}"));
+        let path = folder.join(shared::file_name(&request.symbol, target));
+        std::fs::write(&path, library).expect("files can be written");
+        path
+    };
+    sample.requests.iter().zip(objects).map(link).collect()
+}
+
 fn check(name: &str, sample: &Sample) {
     let expected = sample.expected();
     let files = sample.write(folder(name), 1);
@@ -106,6 +121,23 @@ fn check(name: &str, sample: &Sample) {
         sample.compare(&variant.compiler, &expected, &in_order(&variant.compiler, found));
         println!("{name}, {target}: {:.1} s", start.elapsed().as_secs_f64());
     }
+}
+
+#[test]
+fn shared_libraries_give_the_reference_bits() {
+    if !HOST.is_there() || !has("ld", &["--version"]) {
+        return;
+    }
+    let [sample, _] = samples();
+    let files = sample.write(folder("native-shared"), 1);
+    let target = Target::host();
+    let objects = objects(&sample, &target, &files.folder);
+    let libraries = libraries(&sample, &target, &objects, &files.folder);
+    let undefined = run(Command::new("nm").args(["-D", "-u"]).args(&libraries)).stdout;
+    let undefined = String::from_utf8_lossy(&undefined).into_owned();
+    assert!(undefined.lines().all(|line| line.is_empty() || line.ends_with(':')), "{undefined}");
+    let found = files.run_with(&HOST, &libraries, &files.folder.join("linked"));
+    sample.compare(&HOST, &sample.expected(), &found);
 }
 
 #[test]
