@@ -23,6 +23,9 @@ use vsonar::vision::{Planes, WindowSums};
 /// As `NAME_detect`.
 type Detect = unsafe extern "C" fn(*const u8, usize, usize, *const i32, usize, *mut f32) -> i32;
 
+/// Looks at an image and writes the rows, one for each column.
+type Form = Box<dyn FnMut(&GrayImage, &mut [f32])>;
+
 const COLUMNS: usize = 12;
 /// Every form sees every image so often.
 const ROUNDS: usize = 15;
@@ -46,11 +49,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let scratch = tempfile::tempdir()?;
     let images: Vec<&GrayImage> = data.images().iter().take(40).map(|image| &image.pixels).collect();
-    let columns: Vec<i32> = (0..COLUMNS).map(|i| ((2 * i + 1) * width as usize / (2 * COLUMNS)) as i32).collect();
+    let columns: Vec<i32> =
+        (0..COLUMNS).map(|i| ((2 * i + 1) * width as usize / (2 * COLUMNS)) as i32).collect();
 
     let compiled = CompiledDetector::compile(&request.program)?;
     let unsigned: Vec<u32> = columns.iter().map(|c| c.cast_unsigned()).collect();
-    let mut forms: Vec<(String, Box<dyn FnMut(&GrayImage, &mut [f32])>)> = vec![(
+    let mut forms: Vec<(String, Form)> = vec![(
         "in process (CompiledDetector)".into(),
         Box::new(move |image, rows| compiled.detect(image, &unsigned, rows).expect("it fits")),
     )];
@@ -65,7 +69,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                 // SAFETY: the symbol is of this type; the image has the detector's size and its rows have no gaps; there
                 // are as many rows as columns.
                 let code = unsafe {
-                    let detect: libloading::Symbol<'_, Detect> = library.get(b"fmrb_detect").expect("exported");
+                    let detect: libloading::Symbol<'_, Detect> =
+                        library.get(b"fmrb_detect").expect("exported");
                     let stride = image.width() as usize;
                     detect(image.as_ptr(), stride, 1, columns.as_ptr(), columns.len(), rows.as_mut_ptr())
                 };
@@ -77,7 +82,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         "the eight operators of the whole image".into(),
         Box::new(|image, _| _ = black_box(Planes::new(image))),
     ));
-    forms.push(("the same with window sums".into(), Box::new(|image, _| _ = black_box(WindowSums::new(image)))));
+    forms.push((
+        "the same with window sums".into(),
+        Box::new(|image, _| _ = black_box(WindowSums::new(image))),
+    ));
 
     let detectors = 1 + libraries.len();
     let mut times: Vec<Vec<f64>> = vec![Vec::new(); forms.len()];
@@ -107,13 +115,23 @@ fn main() -> Result<(), Box<dyn Error>> {
         times.sort_unstable_by(f64::total_cmp);
         let at = |share: f64| times[((times.len() - 1) as f64 * share) as usize];
         let path = libraries.get(number).map(|(_, path)| path.as_path());
-        let count = path.filter(|path| path.is_file()).and_then(|path| counted(path, images[0], &columns, scratch.path()));
+        let count = path
+            .filter(|path| path.is_file())
+            .and_then(|path| counted(path, images[0], &columns, scratch.path()));
         let count = count.map_or_else(String::new, |count| count.to_string());
         println!("{name:44} {:8.1} {:8.1} {:8.1} {count:>13}", at(0.0), at(0.5), at(0.95));
     }
     for (triple, compiler, emulator) in [
-        ("aarch64-unknown-linux-gnu", "aarch64-linux-gnu-gcc", ["qemu-aarch64", "-L", "/usr/aarch64-linux-gnu"]),
-        ("riscv64gc-unknown-linux-gnu", "riscv64-linux-gnu-gcc", ["qemu-riscv64", "-L", "/usr/riscv64-linux-gnu"]),
+        (
+            "aarch64-unknown-linux-gnu",
+            "aarch64-linux-gnu-gcc",
+            ["qemu-aarch64", "-L", "/usr/aarch64-linux-gnu"],
+        ),
+        (
+            "riscv64gc-unknown-linux-gnu",
+            "riscv64-linux-gnu-gcc",
+            ["qemu-riscv64", "-L", "/usr/riscv64-linux-gnu"],
+        ),
     ] {
         let target = Target::new(Some(triple), None)?;
         let object = scratch.path().join("cross.o");
@@ -198,7 +216,7 @@ fn counted(library: &Path, image: &GrayImage, columns: &[i32], folder: &Path) ->
         let total = said.lines().find_map(|line| line.split_once("Collected : "))?.1;
         total.trim().parse().ok()
     };
-    Some(count("2")?.checked_sub(count("1")?)?)
+    count("2")?.checked_sub(count("1")?)
 }
 
 /// Instructions of a call in an emulator that logs each.
@@ -227,7 +245,13 @@ fn emulated(
     count("2")?.checked_sub(count("1")?)
 }
 
-fn built(compiler: &str, detector: &[&Path], image: &GrayImage, columns: &[i32], folder: &Path) -> Option<PathBuf> {
+fn built(
+    compiler: &str,
+    detector: &[&Path],
+    image: &GrayImage,
+    columns: &[i32],
+    folder: &Path,
+) -> Option<PathBuf> {
     let (source, program) = (folder.join("driver.c"), folder.join("driver"));
     std::fs::write(&source, driver(image, columns)).ok()?;
     let mut command = Command::new(compiler);

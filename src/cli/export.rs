@@ -168,7 +168,10 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         cpu: target.cpu(),
         stack_bytes: stack,
         folder: args.out.clone(),
-        files: files.iter().map(|(name, bytes)| FileSummary { name: name.clone(), bytes: bytes.len() }).collect(),
+        files: files
+            .iter()
+            .map(|(name, bytes)| FileSummary { name: name.clone(), bytes: bytes.len() })
+            .collect(),
     };
     if args.json { output::print_json(&summary) } else { output::print(&table(&summary, &kinds, &request)) }
 }
@@ -224,7 +227,9 @@ fn symbol(args: &Args) -> Result<Symbol, CliError> {
     }
     let stem = args.program.file_stem().unwrap_or_default().to_string_lossy();
     let name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-    Symbol::new(&name).map_err(|error| CliError::Usage(format!("--name is needed, for the file's name does not do: {error}")))
+    Symbol::new(&name).map_err(|error| {
+        CliError::Usage(format!("--name is needed, for the file's name does not do: {error}"))
+    })
 }
 
 fn content(
@@ -239,8 +244,11 @@ fn content(
         Kind::Obj => code().to_vec(),
         Kind::Static => export::archive::archive(request.symbol.as_str(), code(), target)?,
         Kind::Shared => {
-            let exports: &[&str] =
-                if request.camera.is_some() { &["detect", "ranges", "reset", "info"] } else { &["detect", "info"] };
+            let exports: &[&str] = if request.camera.is_some() {
+                &["detect", "ranges", "reset", "info"]
+            } else {
+                &["detect", "info"]
+            };
             export::shared::link(&request.symbol, code(), target, args.linker.as_deref(), exports)?
         }
         Kind::C => export::c::source(request).into_bytes(),
@@ -287,7 +295,8 @@ mod tests {
         for triple in export::native::KNOWN {
             let target = Target::new(Some(triple), None).expect("known");
             let symbol = Symbol::new("x").expect("a symbol");
-            let mut names: Vec<String> = Kind::value_variants().iter().map(|k| k.file(&symbol, &target)).collect();
+            let mut names: Vec<String> =
+                Kind::value_variants().iter().map(|k| k.file(&symbol, &target)).collect();
             names.sort();
             names.dedup();
             assert_eq!(names.len(), Kind::value_variants().len());

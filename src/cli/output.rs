@@ -60,11 +60,15 @@ pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: boo
     for (name, _) in files {
         let path = folder.join(name);
         if path.is_dir() || path.symlink_metadata().is_ok() && !force {
-            let text = format!("{}: exists already; `--force` replaces it, or choose another `--out`", path.display());
+            let text = format!(
+                "{}: exists already; `--force` replaces it, or choose another `--out`",
+                path.display()
+            );
             return Err(CliError::Failed(text));
         }
     }
-    let made: Vec<&Path> = folder.ancestors().take_while(|f| !f.as_os_str().is_empty() && !f.exists()).collect();
+    let made: Vec<&Path> =
+        folder.ancestors().take_while(|f| !f.as_os_str().is_empty() && !f.exists()).collect();
     let mut written: Vec<PathBuf> = Vec::new();
     let mut write = || -> Result<(), CliError> {
         fs::create_dir_all(folder).map_err(|e| CliError::file(folder, "make the folder", &e))?;

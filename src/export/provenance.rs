@@ -62,7 +62,8 @@ impl Provenance {
                 self.fitness = correct.parse().ok().zip(cases.parse().ok());
             }
         }
-        let evolved = comment.strip_prefix("evolved with seed ").and_then(|rest| rest.split_once(", on images of "));
+        let evolved =
+            comment.strip_prefix("evolved with seed ").and_then(|rest| rest.split_once(", on images of "));
         if let Some((seed, rest)) = evolved
             && let Some((size, data)) = rest.split_once(" pixels, of the data set ")
         {

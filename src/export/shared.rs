@@ -95,7 +95,8 @@ fn candidates(target: &Target) -> Vec<(String, Flavour)> {
 /// The flavour of a linker that the user names.
 fn flavour_of(linker: &Path, target: &Target) -> Flavour {
     let name = linker.file_name().unwrap_or_default().to_string_lossy();
-    let compiler = ["cc", "gcc", "clang", "c++", "g++"].iter().any(|c| name.contains(c)) && !name.contains("ld");
+    let compiler =
+        ["cc", "gcc", "clang", "c++", "g++"].iter().any(|c| name.contains(c)) && !name.contains("ld");
     match (target.is_windows(), target.is_apple(), compiler) {
         (true, _, _) => Flavour::Windows,
         (_, true, true) => Flavour::AppleCompiler,

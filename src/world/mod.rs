@@ -152,12 +152,7 @@ impl Corridor {
     }
 
     fn lens(&self) -> Lens {
-        Lens {
-            width: self.width,
-            height: self.height,
-            field_of_view: self.field_of_view,
-            distortion: 0.0,
-        }
+        Lens { width: self.width, height: self.height, field_of_view: self.field_of_view, distortion: 0.0 }
     }
 
     fn check(&self, frames: usize) -> Result<(), CorridorError> {

@@ -45,7 +45,8 @@ fn writes_what_is_asked_for() {
     let said: serde_json::Value = serde_json::from_str(&said).expect("JSON");
     assert_eq!((&said["name"], &said["median"], &said["ranges"]), (&"front".into(), &3.into(), &true.into()));
     assert!(said["stack_bytes"].as_u64().is_some_and(|bytes| bytes > 100));
-    let listed: Vec<_> = said["files"].as_array().expect("a list").iter().map(|f| f["name"].clone()).collect();
+    let listed: Vec<_> =
+        said["files"].as_array().expect("a list").iter().map(|f| f["name"].clone()).collect();
     assert_eq!(listed, ["front.o", "front.c", "front.h"]);
     assert!(place.read("c/front.h").contains("front_ranges"));
 }
@@ -53,7 +54,8 @@ fn writes_what_is_asked_for() {
 #[test]
 fn another_machine_gets_no_shared_library_unless_asked() {
     let place = place();
-    let target = if cfg!(target_arch = "s390x") { "aarch64-unknown-linux-gnu" } else { "s390x-unknown-linux-gnu" };
+    let target =
+        if cfg!(target_arch = "s390x") { "aarch64-unknown-linux-gnu" } else { "s390x-unknown-linux-gnu" };
     place.ok(&["export", "eye.gp", "--out", "x", "--target", target]);
     assert_eq!(files(&place, "x"), ["eye.c", "eye.h", "eye.o", "eye.vir", "libeye.a"]);
     place.ok(&["export", "eye.gp", "--out", "w", "--target", "x86_64-pc-windows-msvc"]);
@@ -115,8 +117,16 @@ fn bad_input_is_told_and_leaves_nothing() {
     fails(&["broken.gp", "--out", "x"], 1, &["broken.gp: line 1"]);
     fails(&["eye.gp", "--out", "file", "--emit", "c"], 1, &["file", "--out"]);
     fails(&["eye.gp", "--out", "file/x", "--emit", "c"], 1, &["file"]);
-    fails(&["eye.gp", "--out", "x", "--emit", "c,shared", "--linker", "no-such-linker"], 1, &["no-such-linker"]);
-    fails(&["eye.gp", "--out", "x/y", "--emit", "c,shared", "--linker", "false"], 1, &["the linker false fails"]);
+    fails(
+        &["eye.gp", "--out", "x", "--emit", "c,shared", "--linker", "no-such-linker"],
+        1,
+        &["no-such-linker"],
+    );
+    fails(
+        &["eye.gp", "--out", "x/y", "--emit", "c,shared", "--linker", "false"],
+        1,
+        &["the linker false fails"],
+    );
     fails(&["eye.gp"], 2, &["--out"]);
 }
 

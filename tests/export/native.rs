@@ -78,7 +78,9 @@ fn objects(sample: &Sample, target: &Target, folder: &std::path::Path) -> Vec<Pa
 /// Nothing is needed from elsewhere, and nothing is seen from outside but the interface.
 fn check_symbols(prefix: &str, files: &[PathBuf]) {
     let listed = run(Command::new(format!("{prefix}nm")).arg("-g").args(files)).stdout;
-    for line in String::from_utf8_lossy(&listed).lines().filter(|line| !line.is_empty() && !line.ends_with(':')) {
+    for line in
+        String::from_utf8_lossy(&listed).lines().filter(|line| !line.is_empty() && !line.ends_with(':'))
+    {
         let name = line.rsplit(' ').next().unwrap_or_default();
         let entry = ["detect", "ranges", "reset", "info"].iter().any(|e| name.ends_with(&format!("_{e}")));
         assert!(line.contains(" T ") && entry, "{prefix}: unexpected symbol {line:?}");
@@ -94,11 +96,19 @@ fn in_order(compiler: &Compiler, mut found: Vec<u8>) -> Vec<u8> {
 }
 
 /// Links every object of a sample into a shared library of its own.
-fn libraries(sample: &Sample, target: &Target, objects: &[PathBuf], folder: &std::path::Path) -> Vec<PathBuf> {
+fn libraries(
+    sample: &Sample,
+    target: &Target,
+    objects: &[PathBuf],
+    folder: &std::path::Path,
+) -> Vec<PathBuf> {
     let link = |((about, request), object): (&(String, vsonar::export::Request), &PathBuf)| {
         let object = std::fs::read(object).expect("a moment ago it was written");
-        let exports: &[&str] =
-            if request.camera.is_some() { &["detect", "ranges", "reset", "info"] } else { &["detect", "info"] };
+        let exports: &[&str] = if request.camera.is_some() {
+            &["detect", "ranges", "reset", "info"]
+        } else {
+            &["detect", "info"]
+        };
         let library = shared::link(&request.symbol, &object, target, None, exports)
             .unwrap_or_else(|e| panic!("{target}, {about}: {e}"));
         let path = folder.join(shared::file_name(&request.symbol, target));
@@ -193,7 +203,9 @@ fn a_missing_or_failing_linker_is_told() {
     let target = Target::host();
     let link = |linker: &str| {
         let linker = std::path::Path::new(linker);
-        shared::link(&request.symbol, b"no object", &target, Some(linker), &[]).expect_err("no library").to_string()
+        shared::link(&request.symbol, b"no object", &target, Some(linker), &[])
+            .expect_err("no library")
+            .to_string()
     };
     let missing = link("no-such-linker-anywhere");
     assert!(missing.contains("no-such-linker-anywhere") && missing.contains("--emit"), "{missing}");

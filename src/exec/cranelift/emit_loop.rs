@@ -7,7 +7,9 @@
 //! and the results live is the business of a [`WindowSource`] and an [`Inputs`], so that strips and raw pixels,
 //! JIT and exported code share this file.
 
-use cranelift_codegen::ir::{self, BlockArg, InstBuilder, MemFlagsData, StackSlot, StackSlotData, StackSlotKind};
+use cranelift_codegen::ir::{
+    self, BlockArg, InstBuilder, MemFlagsData, StackSlot, StackSlotData, StackSlotKind,
+};
 use vsonar_ir::machine::Machine;
 use vsonar_ir::op::{Depends, Value};
 use vsonar_ir::program::{Column, Region};

@@ -32,4 +32,3 @@ mod tests;
 pub use emit::Shape;
 pub use executor::{CraneliftExecutor, CraneliftWorker};
 pub use listing::{asm, clif};
-

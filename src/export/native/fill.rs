@@ -281,7 +281,8 @@ fn scalar_average(
         let mut sum = None;
         for k in 0..plan.rect.height() as i32 {
             let at = p.row_sums + first + k * if half { 2 } else { 4 };
-            let value = if half { b.ins().uload16(I32, PLAIN, from, at) } else { b.ins().load(I32, PLAIN, from, at) };
+            let value =
+                if half { b.ins().uload16(I32, PLAIN, from, at) } else { b.ins().load(I32, PLAIN, from, at) };
             sum = Some(sum.map_or(value, |sum| b.ins().iadd(sum, value)));
         }
         sum.unwrap_or_else(|| unreachable!("a rectangle has rows"))

@@ -69,7 +69,10 @@ impl JitRows {
     /// If the pixels are fewer than the image has, or there are not as many rows as columns.
     pub(crate) fn run(&self, luma: &[u8], row_stride: usize, columns: &[i32], rows: &mut [f32]) -> i32 {
         let (width, height) = (self.width as usize, self.height as usize);
-        assert!(row_stride >= width && luma.len() >= (height - 1) * row_stride + width, "the image is all there");
+        assert!(
+            row_stride >= width && luma.len() >= (height - 1) * row_stride + width,
+            "the image is all there"
+        );
         assert_eq!(columns.len(), rows.len());
         // SAFETY: the code is alive as long as `self`. It reads the pixels of the image alone, which are there as
         // has been checked, and as many columns as it is told, and writes as many rows, a binary32 from each other.

@@ -40,7 +40,9 @@ pub enum NativeError {
     #[error("no executable memory: {0}")]
     Memory(String),
     /// An instruction is missing on the target, and the code generator would call a library for it.
-    #[error("{function} would call {callee}; `--emit c` exports the program as C source, which calls nothing")]
+    #[error(
+        "{function} would call {callee}; `--emit c` exports the program as C source, which calls nothing"
+    )]
     Call {
         /// The function that would.
         function: String,

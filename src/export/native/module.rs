@@ -59,14 +59,20 @@ impl<'m, M: Module> Definer<'m, M> {
     }
 
     /// The function that finds rows, with the fills of its loops.
-    pub(super) fn rows(&mut self, prefix: &str, program: &Program, shape: Shape) -> Result<Defined, NativeError> {
+    pub(super) fn rows(
+        &mut self,
+        prefix: &str,
+        program: &Program,
+        shape: Shape,
+    ) -> Result<Defined, NativeError> {
         let plans = rows::plans(program);
         let vectors = shape == Shape::Lanes4;
         let mut fills = [None; 2];
         for (number, plan) in plans.iter().enumerate() {
             let Some(plan) = plan else { continue };
             let same = number == 1 && plans[0].as_ref().is_some_and(|first| first.fills_like(plan));
-            fills[number] = if same { fills[0] } else { Some(self.fill(prefix, number + 1, plan, vectors)?) };
+            fills[number] =
+                if same { fills[0] } else { Some(self.fill(prefix, number + 1, plan, vectors)?) };
         }
         let deepest = fills.iter().flatten().map(|fill: &Defined| fill.stack).max().unwrap_or(0);
         let isa = self.isa.clone();
@@ -78,7 +84,13 @@ impl<'m, M: Module> Definer<'m, M> {
         })
     }
 
-    fn fill(&mut self, prefix: &str, number: usize, plan: &Plan, vectors: bool) -> Result<Defined, NativeError> {
+    fn fill(
+        &mut self,
+        prefix: &str,
+        number: usize,
+        plan: &Plan,
+        vectors: bool,
+    ) -> Result<Defined, NativeError> {
         let isa = self.isa.clone();
         self.define(&format!("{prefix}_fill{number}"), Linkage::Local, 0, |_, context, function| {
             fill::function(plan, vectors, &*isa, context, function);
@@ -90,10 +102,9 @@ impl<'m, M: Module> Definer<'m, M> {
 fn check(name: &str, kind: Reloc, target: &FinalizedRelocTarget) -> Result<(), NativeError> {
     match target {
         FinalizedRelocTarget::Func(_) | FinalizedRelocTarget::ExternalName(ExternalName::User(_)) => Ok(()),
-        FinalizedRelocTarget::ExternalName(other) => Err(NativeError::Call {
-            function: name.to_string(),
-            callee: format!("{other:?} ({kind:?})"),
-        }),
+        FinalizedRelocTarget::ExternalName(other) => {
+            Err(NativeError::Call { function: name.to_string(), callee: format!("{other:?} ({kind:?})") })
+        }
     }
 }
 

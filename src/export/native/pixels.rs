@@ -93,12 +93,7 @@ pub(super) fn interleave(unit: u8, upper: bool) -> [u8; 16] {
 }
 
 /// One shuffle of the bytes of two vectors.
-pub(super) fn shuffle(
-    b: &mut FunctionBuilder<'_>,
-    x: ir::Value,
-    y: ir::Value,
-    bytes: [u8; 16],
-) -> ir::Value {
+pub(super) fn shuffle(b: &mut FunctionBuilder<'_>, x: ir::Value, y: ir::Value, bytes: [u8; 16]) -> ir::Value {
     let mask = b.func.dfg.immediates.push(bytes.as_slice().into());
     b.ins().shuffle(x, y, mask)
 }
@@ -138,7 +133,8 @@ impl<'b, 'f> PixelEmitter<'b, 'f> {
         for (i, &part) in p.parts().iter().enumerate() {
             let signed = p.low < 0;
             parts[2 * i] = if signed { self.b.ins().swiden_low(part) } else { self.b.ins().uwiden_low(part) };
-            parts[2 * i + 1] = if signed { self.b.ins().swiden_high(part) } else { self.b.ins().uwiden_high(part) };
+            parts[2 * i + 1] =
+                if signed { self.b.ins().swiden_high(part) } else { self.b.ins().uwiden_high(part) };
         }
         let wider = if p.lane == Lane::Byte { Lane::Half } else { Lane::Word };
         self.widen(Pixels { parts, lane: wider, ..p }, lane)

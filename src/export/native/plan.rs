@@ -124,11 +124,14 @@ impl Plan {
 
     /// The operators, each with the moments that are wanted: the number of the operand, or none.
     pub(super) fn moments(&self) -> Vec<(Operator, [Option<usize>; 2])> {
-        let number = |operator, moment| {
-            self.operands.iter().position(|p| p.operand == Operand { operator, moment })
-        };
+        let number =
+            |operator, moment| self.operands.iter().position(|p| p.operand == Operand { operator, moment });
         let both = |operator| [number(operator, Moment::Mean), number(operator, Moment::MeanSquare)];
-        Operator::ALL.into_iter().map(|o| (o, both(o))).filter(|(_, m)| m.iter().any(Option::is_some)).collect()
+        Operator::ALL
+            .into_iter()
+            .map(|o| (o, both(o)))
+            .filter(|(_, m)| m.iter().any(Option::is_some))
+            .collect()
     }
 }
 

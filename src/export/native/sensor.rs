@@ -152,12 +152,7 @@ pub(super) fn info(
 }
 
 /// Where `go_on` holds, runs `body` for each number below `n`, which is not 0 then.
-fn each(
-    e: &mut Emitter<'_, '_>,
-    n: Value,
-    go_on: Value,
-    body: impl FnOnce(&mut Emitter<'_, '_>, Value),
-) {
+fn each(e: &mut Emitter<'_, '_>, n: Value, go_on: Value, body: impl FnOnce(&mut Emitter<'_, '_>, Value)) {
     let (block, done) = (e.b.create_block(), e.b.create_block());
     let i = e.b.append_block_param(block, I64);
     let zero = e.b.ins().iconst(I64, 0);

@@ -168,7 +168,8 @@ impl<'p> TileSource<'p> {
                 let mut pair = |x, y, unit, upper| shuffle(b, x, y, interleave(unit, upper));
                 let (a, c) = (pair(squares[0], squares[1], 4, false), pair(squares[2], squares[3], 4, false));
                 let (d, f) = (pair(squares[0], squares[1], 4, true), pair(squares[2], squares[3], 4, true));
-                let turned = [pair(a, c, 8, false), pair(a, c, 8, true), pair(d, f, 8, false), pair(d, f, 8, true)];
+                let turned =
+                    [pair(a, c, 8, false), pair(a, c, 8, true), pair(d, f, 8, false), pair(d, f, 8, true)];
                 for (row, value) in turned.into_iter().enumerate() {
                     b.ins().store(PLAIN, value, to, from * 4 + 16 * row as i32);
                 }

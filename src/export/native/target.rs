@@ -33,13 +33,23 @@ const NATIVE: &str = "native";
 const X86_64: [Cpu; 3] = [
     Cpu { name: "v1", meaning: "every 64-bit x86 processor", enables: &[], vectors: true },
     Cpu { name: "v2", meaning: "SSE 4.2, from about 2009 on", enables: &["x86-64-v2"], vectors: true },
-    Cpu { name: "v3", meaning: "AVX2, from about 2015 on", enables: &["x86-64-v3", "has_avx"], vectors: true },
+    Cpu {
+        name: "v3",
+        meaning: "AVX2, from about 2015 on",
+        enables: &["x86-64-v3", "has_avx"],
+        vectors: true,
+    },
 ];
 const AARCH64: [Cpu; 1] =
     [Cpu { name: "generic", meaning: "every 64-bit Arm processor", enables: &[], vectors: true }];
 const RISCV64: [Cpu; 2] = [
     Cpu { name: "generic", meaning: "RV64GC, one column at a time", enables: &["has_c"], vectors: false },
-    Cpu { name: "v", meaning: "with the vector extension", enables: &["has_c", "has_v", "has_zvl128b"], vectors: true },
+    Cpu {
+        name: "v",
+        meaning: "with the vector extension",
+        enables: &["has_c", "has_v", "has_zvl128b"],
+        vectors: true,
+    },
 ];
 const S390X: [Cpu; 1] = [Cpu { name: "generic", meaning: "z14 and later", enables: &[], vectors: true }];
 
@@ -250,12 +260,14 @@ mod tests {
 
     #[test]
     fn unknown_ones_name_the_known() {
-        for wrong in ["", "vax", "armv7-unknown-linux-gnueabihf", "wasm32-unknown-unknown", "aarch64-pc-windows-msvc"]
+        for wrong in
+            ["", "vax", "armv7-unknown-linux-gnueabihf", "wasm32-unknown-unknown", "aarch64-pc-windows-msvc"]
         {
             let error = Target::new(Some(wrong), None).expect_err(wrong).to_string();
             assert!(error.contains("riscv64gc-unknown-linux-gnu"), "{error}");
         }
-        let error = Target::new(Some("x86_64-unknown-linux-gnu"), Some("v9")).expect_err("no level").to_string();
+        let error =
+            Target::new(Some("x86_64-unknown-linux-gnu"), Some("v9")).expect_err("no level").to_string();
         assert!(error.contains("v3 (AVX2"), "{error}");
     }
 }

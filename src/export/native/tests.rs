@@ -42,7 +42,8 @@ fn same(a: f32, b: f32) -> bool {
 /// Compares all columns, asked for in a shuffled order, in an image with something behind each row of pixels.
 fn compare(program: &Program, image: &GrayImage, target: &Target, shape: Shape, seed: u64) {
     let (width, height) = image.dimensions();
-    let code = JitRows::compile_for(program, target, shape).unwrap_or_else(|e| panic!("seed {seed}: {e}\n{program}"));
+    let code = JitRows::compile_for(program, target, shape)
+        .unwrap_or_else(|e| panic!("seed {seed}: {e}\n{program}"));
     let stride = width as usize + seed as usize % 5;
     let mut luma = vec![(seed % 251) as u8; stride * (height as usize - 1) + width as usize];
     for (row, pixels) in image.rows().enumerate() {
