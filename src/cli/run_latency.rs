@@ -140,7 +140,7 @@ mod tests {
         let mut numbers: Vec<u64> = (0..100_000).collect();
         for shift in 0..64 {
             let power = 1u64 << shift;
-            numbers.extend([power - 1, power, power + power / 3, power | power / 2]);
+            numbers.extend([power - 1, power, power + power / 3, power | (power / 2)]);
         }
         for n in numbers.into_iter().chain([u64::MAX]) {
             let end = upper_end(class(n));

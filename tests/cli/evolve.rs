@@ -17,7 +17,7 @@ fn a_run_prints_lines_and_a_summary() {
     {
         assert!(text.contains(part), "no {part:?} in {text}");
     }
-    for command in ["vsonar eval", "vsonar show", "vsonar ir"] {
+    for command in ["vsonar eval", "vsonar show", "vsonar ir", "vsonar export"] {
         assert!(text.contains(&format!("{command} runs/data-seed-1/best.gp")), "{text}");
     }
     for file in ["settings.toml", "log.jsonl", "best.gp", "hall_of_fame.jsonl", "checkpoint"] {
