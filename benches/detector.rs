@@ -89,10 +89,13 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let detectors = 1 + libraries.len();
     let mut times: Vec<Vec<f64>> = vec![Vec::new(); forms.len()];
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
         for image in &images {
             let mut answers = Vec::new();
-            for (number, (form, times)) in forms.iter_mut().zip(&mut times).enumerate() {
+            // Each in turn comes after those that leave the caches full of planes.
+            let count = forms.len();
+            for number in (0..count).map(|i| (i + round) % count) {
+                let (form, times) = (&mut forms[number], &mut times[number]);
                 let mut rows = vec![0.0; COLUMNS];
                 let start = Instant::now();
                 form.1(image, &mut rows);

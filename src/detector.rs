@@ -156,9 +156,7 @@ impl Detector for CompiledDetector {
         if columns.len() != rows.len() {
             return Err(DetectError::Rows { columns: columns.len(), rows: rows.len() });
         }
-        // Columns below the width, which has 17 bits at most.
-        let columns: Vec<i32> = columns.iter().map(|&column| column.cast_signed()).collect();
-        let code = self.code.run(image.as_raw(), width as usize, &columns, rows);
+        let code = self.code.run(image.as_raw(), width as usize, columns, rows);
         assert_eq!(code, 0, "the arguments have been checked");
         Ok(())
     }

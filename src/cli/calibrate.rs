@@ -8,8 +8,8 @@ use vsonar::camera::calibrate::{self, CalibrateError, Calibration, Known, Number
 use vsonar::camera::{Camera, points};
 
 use super::CliError;
-use super::data::size;
 use super::output::{self, count, from_here};
+use super::program::size;
 use super::table::Table;
 
 /// Far above any table of points.

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Subcommand;
+use vsonar::camera::Camera;
 use vsonar::dataset;
-use vsonar::ir::Program;
 use vsonar::world::{Corridor, FRAMES};
 
 use super::output::{self, count, shell_word};
+use super::program::size;
 use super::{CliError, source};
 
 const EXAMPLES: &str = "\
@@ -54,16 +55,10 @@ enum Command {
         /// Width and height of the images in pixels
         #[arg(long, value_name = "WxH", value_parser = size, default_value = "320x240")]
         size: (u32, u32),
+        /// The camera that looks, as written by `vsonar calibrate` [default: 0.8 m high, 51 degrees down, 90 degrees wide]
+        #[arg(long, value_name = "FILE")]
+        camera: Option<PathBuf>,
     },
-}
-
-/// An image size, as in 320x240.
-pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
-    let (min, max) = (Program::MIN_SIDE, Program::MAX_SIDE);
-    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    sides
-        .filter(|&(width, height)| Program::fits(width, height))
-        .ok_or_else(|| format!("give width and height, {min} to {max} pixels each, as in 320x240"))
 }
 
 /// Checks or writes a folder.
@@ -78,7 +73,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             }
             if report.is_sound() { Ok(()) } else { Err(CliError::Negative) }
         }
-        Command::Synth { dir, seed, frames, size: (width, height) } => {
+        Command::Synth { dir, seed, frames, size: (width, height), camera } => {
             if dir.symlink_metadata().is_ok() {
                 let text = format!(
                     "{}: exists already and is never overwritten; choose another name",
@@ -86,7 +81,14 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
                 );
                 return Err(CliError::Failed(text));
             }
-            let set = Corridor { width, height, ..Corridor::default() }.render(seed, frames)?;
+            let mut corridor = Corridor { width, height, ..Corridor::default() };
+            if let Some(path) = camera {
+                let camera = Camera::load(&path)?;
+                let checked = camera.check(width, height);
+                checked.map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?;
+                corridor = corridor.seen_by(&camera);
+            }
+            let set = corridor.render(seed, frames)?;
             set.save(&dir)?;
             output::print(&format!(
                 "{}: {} of {} x {} pixels, {}\nNext: vsonar evolve --data {}\n",

@@ -70,13 +70,11 @@ pub(crate) const SIZE: (u32, u32) = (320, 240);
 
 /// An image size, as in 320x240.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
-    let sides = Program::MIN_SIDE..=Program::MAX_SIDE;
-    let parsed = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    let size = parsed.ok_or("write width and height in pixels, as in 320x240")?;
-    if sides.contains(&size.0) && sides.contains(&size.1) {
-        return Ok(size);
-    }
-    Err(format!("each side must have {} to {} pixels", sides.start(), sides.end()))
+    let (min, max) = (Program::MIN_SIDE, Program::MAX_SIDE);
+    let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    sides
+        .filter(|&(width, height)| Program::fits(width, height))
+        .ok_or_else(|| format!("give width and height, {min} to {max} pixels each, as in 320x240"))
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@
 
 use rayon::prelude::*;
 
+use crate::camera::Camera;
 use crate::dataset::{Case, Dataset, NamedImage};
 use camera::Lens;
 use render::Scene;
@@ -50,6 +51,8 @@ pub struct Corridor {
     pub columns: u32,
     /// Horizontal field of view in radians, between 0 and pi. Pixels are square.
     pub field_of_view: f64,
+    /// The lens's radial distortion (see [`crate::camera`]).
+    pub distortion: f64,
     /// Angle of the camera below the horizontal, in radians.
     pub pitch: f64,
     /// Height of the camera above the floor, in metres.
@@ -74,6 +77,7 @@ impl Default for Corridor {
             height: 240,
             columns: 6,
             field_of_view: 90f64.to_radians(),
+            distortion: 0.0,
             pitch: 51f64.to_radians(),
             camera_height: 0.8,
             exposure: 1.7,
@@ -122,6 +126,18 @@ pub enum CorridorError {
 }
 
 impl Corridor {
+    /// The same building seen by a calibrated camera.
+    #[must_use]
+    pub fn seen_by(self, camera: &Camera) -> Corridor {
+        Corridor {
+            field_of_view: camera.field_of_view.to_radians(),
+            distortion: camera.distortion,
+            pitch: camera.pitch.to_radians(),
+            camera_height: camera.height,
+            ..self
+        }
+    }
+
     /// Drives through the building of this seed and takes so many pictures, named `corridor_0000.png` onward.
     /// Another seed is another building, so a set to hold out.
     ///
@@ -152,7 +168,8 @@ impl Corridor {
     }
 
     fn lens(&self) -> Lens {
-        Lens { width: self.width, height: self.height, field_of_view: self.field_of_view, distortion: 0.0 }
+        let Corridor { width, height, field_of_view, distortion, .. } = *self;
+        Lens { width, height, field_of_view, distortion }
     }
 
     fn check(&self, frames: usize) -> Result<(), CorridorError> {
@@ -166,7 +183,9 @@ impl Corridor {
         if !(1..=10_000).contains(&frames) {
             return Err(CorridorError::Frames(frames));
         }
+        let most = Camera::distortion_limit(width, height);
         let settings = [
+            ("distortion", self.distortion, -most, most),
             ("field_of_view", self.field_of_view, 0.1, 3.0),
             ("pitch", self.pitch, 0.0, 1.5),
             ("camera_height", self.camera_height, 0.05, 2.0),

@@ -81,6 +81,25 @@ fn a_corridor_is_an_ordinary_folder() {
 }
 
 #[test]
+fn a_corridor_is_seen_by_a_calibrated_camera() {
+    let place = Place::new();
+    place.write("same.toml", "height = 0.8\npitch = 51\nfield_of_view = 90\n");
+    place.write("bent.toml", "height = 0.8\npitch = 51\nfield_of_view = 90\ndistortion = -0.2\n");
+    place.write("high.toml", "height = 20\npitch = 51\nfield_of_view = 90\n");
+    let synth = |name: &str, more: &[&str]| {
+        place.ok(&[&["data", "synth", name, "--frames", "2"], more].concat());
+        Dataset::load(place.path(name)).expect("sound").fingerprint()
+    };
+    let plain = synth("plain", &[]);
+    assert_eq!(plain, synth("same", &["--camera", "same.toml"]));
+    assert_ne!(plain, synth("bent", &["--camera", "bent.toml"]));
+    let complaint = place.fails(1, &["data", "synth", "new", "--camera", "high.toml"]);
+    assert!(complaint.contains("camera_height"), "{complaint}");
+    let complaint = place.fails(1, &["data", "synth", "new", "--camera", "none.toml"]);
+    assert!(complaint.contains("none.toml"), "{complaint}");
+}
+
+#[test]
 fn completions_for_every_shell() {
     let place = Place::new();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {

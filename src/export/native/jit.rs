@@ -67,7 +67,7 @@ impl JitRows {
     ///
     /// # Panics
     /// If the pixels are fewer than the image has, or there are not as many rows as columns.
-    pub(crate) fn run(&self, luma: &[u8], row_stride: usize, columns: &[i32], rows: &mut [f32]) -> i32 {
+    pub(crate) fn run(&self, luma: &[u8], row_stride: usize, columns: &[u32], rows: &mut [f32]) -> i32 {
         let (width, height) = (self.width as usize, self.height as usize);
         assert!(
             row_stride >= width && luma.len() >= (height - 1) * row_stride + width,
@@ -75,13 +75,15 @@ impl JitRows {
         );
         assert_eq!(columns.len(), rows.len());
         // SAFETY: the code is alive as long as `self`. It reads the pixels of the image alone, which are there as
-        // has been checked, and as many columns as it is told, and writes as many rows, a binary32 from each other.
+        // has been checked, and as many columns as it is told (signed numbers there, of the same size: one beyond them
+        // is negative, and refused like every column outside the image), and writes as many rows, a binary32 from each
+        // other.
         unsafe {
             (self.entry)(
                 luma.as_ptr(),
                 row_stride,
                 1,
-                columns.as_ptr(),
+                columns.as_ptr().cast(),
                 columns.len(),
                 rows.as_mut_ptr(),
                 size_of::<f32>(),

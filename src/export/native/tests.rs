@@ -51,7 +51,7 @@ fn compare(program: &Program, image: &GrayImage, target: &Target, shape: Shape, 
             luma[row * stride + x] = pixel.0[0];
         }
     }
-    let columns: Vec<i32> = (0..width as i32).map(|i| (i * 7 + seed as i32 % 13) % width as i32).collect();
+    let columns: Vec<u32> = (0..width).map(|i| (i * 7 + seed as u32 % 13) % width).collect();
     let mut rows = vec![f32::from_bits(0x7fc0_dead); columns.len()];
     assert_eq!(code.run(&luma, stride, &columns, &mut rows), 0);
     let sums = WindowSums::new(image);
