@@ -64,7 +64,7 @@ impl<R: BufRead> Frames<R> {
         while !c.is_ascii_whitespace() {
             digits.push(char::from(c));
             if digits.len() > 9 {
-                break;
+                return Err(format!("this is no header of PGM: {digits}... is too long"));
             }
             c = self.byte()?;
         }
