@@ -3,6 +3,7 @@
 
 mod c;
 mod languages;
+mod readme;
 mod sample;
 mod scan;
 mod tools;
