@@ -10,7 +10,9 @@
 #include "frames.h"
 #include "laser_scan.h"
 
+#ifndef RANGE_MAX
 #define RANGE_MAX 5.0f /* metres: a camera on a small robot tells little beyond */
+#endif
 
 static uint8_t pixels[FRAME_PIXELS];
 
