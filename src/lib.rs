@@ -47,6 +47,7 @@ pub mod detector;
 pub mod evolve;
 pub mod exec;
 pub mod export;
+pub mod frames;
 pub mod lower;
 pub mod report;
 pub mod tree;

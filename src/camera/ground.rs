@@ -201,8 +201,8 @@ impl Ground {
     /// The ray through the centre of a pixel.
     fn ray<M: Machine + ?Sized>(&self, m: &mut M, column: M::F, row: M::F) -> Ray<M> {
         let pixel = m.f32(self.pixel);
-        let x = self.from_middle(m, column, self.shift.0, pixel);
-        let y = self.from_middle(m, row, self.shift.1, pixel);
+        let x = off_middle(m, column, self.shift.0, pixel);
+        let y = off_middle(m, row, self.shift.1, pixel);
         let mut scale = m.f32(self.slope);
         // Without distortion the division would be one by 1.
         if self.distortion != 0.0 {
@@ -230,19 +230,19 @@ impl Ground {
         Ray { forward, left, reach, meets: m.and(falls, near) }
     }
 
-    /// How far from the middle of the image a pixel's centre is, in halves of its width.
-    fn from_middle<M: Machine + ?Sized>(&self, m: &mut M, pixels: M::F, shift: f32, pixel: M::F) -> M::F {
-        let shift = m.f32(shift);
-        let pixels = m.add(pixels, shift);
-        m.mul(pixels, pixel)
-    }
-
     /// The distance of the floor that a pixel shows; infinite if it shows none.
     fn distance<M: Machine + ?Sized>(&self, m: &mut M, column: M::F, row: M::F) -> M::F {
         let ray = self.ray(m, column, row);
         let bearing = trig::atan2(m, ray.left, ray.forward);
         along(m, &ray, bearing)
     }
+}
+
+/// How far from the middle of the image a pixel's centre is, in halves of its width.
+fn off_middle<M: Machine + ?Sized>(m: &mut M, pixels: M::F, shift: f32, pixel: M::F) -> M::F {
+    let shift = m.f32(shift);
+    let pixels = m.add(pixels, shift);
+    m.mul(pixels, pixel)
 }
 
 /// The distance along the floor to where the ray of this bearing meets it; infinite if it does not.

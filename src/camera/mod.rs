@@ -10,15 +10,49 @@
 //! ```
 //!
 //! away from the axis, so that the field of view holds whatever the distortion is.
+//!
+//! ```text
+//! from the side                                       from above
+//!
+//!      lens                                           \                 |                 /
+//!    __[]>- - - - - - - - -  horizontal                \     x=========x=========x  yardstick
+//!     ^ |\ `.  ) pitch                                  \               |               /
+//!     | | \   `.                                         \   x=========x=========x     /
+//!  height  \    `. optical axis                           \  |         |             /
+//!     | |   \      `.            +---+                     \ |<- left ->|            /
+//!     v |    \        `.         |   | obstacle             \           |           /  ^
+//!  -----+-----\---x-----`.-------+---+---- floor             \---------|----------/   | ahead
+//!       |<-ahead->| yardstick    its lowest pixel                        + under the lens v
+//! ```
+//!
+//! The same as a picture: `examples/camera.svg`. What flows here:
+//!
+//! ```text
+//! points.csv --points--> calibrate --> Camera <--file--> camera.toml
+//!                                        |
+//! row of a detector -------------> ground::Ground --> ground::Range --> scan::LaserScan
+//! ```
+//!
+//! A protractor and a yardstick suffice: measure height and pitch, put the yardstick on the floor across the view, and
+//! [`calibrate`] finds the rest; with more points it finds all four numbers. The formula of [`ground`] is the one that
+//! every exported detector has inside.
+//!
+//! What the flat floor costs: what stands off the floor by e is seen at h / (h - e) of its distance (h being the
+//! height of the lens), so that the overhanging edge of a table seems farther than it is; and a pitch that is off by
+//! an angle a, because the robot nods or the floor slopes, shifts a distance d by about a (d² + h²) / h.
 
+pub mod calibrate;
+mod calibration;
 mod file;
+mod fit;
 pub mod ground;
+pub mod points;
 pub mod scan;
 
 pub use file::CameraFileError;
 
 /// A camera and how it is mounted.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Camera {
     /// Height of the lens above the floor, in metres.
     pub height: f64,
@@ -133,6 +167,62 @@ impl Camera {
         libm::tan(self.field_of_view.to_radians() / 2.0)
     }
 
+    /// The place on the floor that is seen at an image point: metres ahead of the point under the lens, and to the
+    /// left. Columns and rows may be fractional, whole numbers being the centres of pixels; `size` is in pixels. `None`
+    /// at and above the horizon.
+    pub fn floor(&self, size: (u32, u32), column: f64, row: f64) -> Option<(f64, f64)> {
+        let size = (f64::from(size.0), f64::from(size.1));
+        let [forward, down, left] = self.ray(size, (column + 0.5, row + 0.5));
+        let reach = self.height / down;
+        (down > 0.0 && reach.is_finite()).then_some((forward * reach, left * reach))
+    }
+
+    /// The image point, column and row, where a place on the floor is seen: the reverse of [`Camera::floor`]. It may be
+    /// outside the image. `None` where the place is not in front of the camera.
+    pub fn project(&self, size: (u32, u32), ahead: f64, left: f64) -> Option<(f64, f64)> {
+        let [depth, below] = self.in_lens(ahead);
+        if depth <= 0.0 {
+            return None;
+        }
+        let (x, y) = (-left / depth, below / depth);
+        let k = self.distortion;
+        let slope = self.tangent() * (1.0 + k);
+        // k s r² - slope r + s = 0, of which the root that is s / slope without distortion.
+        let discriminant = slope * slope - 4.0 * k * (x * x + y * y);
+        if discriminant < 0.0 {
+            return None;
+        }
+        let scale = 2.0 / (slope + discriminant.sqrt());
+        Some(pixel(size, x * scale, y * scale))
+    }
+
+    /// The row in which `column` sees what is so many metres ahead, however far to the side. `None` where there is
+    /// none.
+    pub fn row_of(&self, size: (u32, u32), column: f64, ahead: f64) -> Option<f64> {
+        let [depth, below] = self.in_lens(ahead);
+        if depth <= 0.0 {
+            return None;
+        }
+        let y = below / depth;
+        let half = f64::from(size.0) / 2.0;
+        let x = (column + 0.5) / half - 1.0;
+        let k = self.distortion;
+        let slope = self.tangent() * (1.0 + k);
+        let stretch = 1.0 + k * x * x;
+        let discriminant = slope * slope - 4.0 * y * y * k * stretch;
+        if discriminant < 0.0 {
+            return None;
+        }
+        let v = 2.0 * y * stretch / (slope + discriminant.sqrt());
+        Some(pixel(size, x, v).1)
+    }
+
+    /// What is so far ahead on the floor, as seen from the lens: metres along the optical axis, and below it.
+    fn in_lens(&self, ahead: f64) -> [f64; 2] {
+        let (sin, cos) = libm::sincos(self.pitch.to_radians());
+        [ahead * cos + self.height * sin, self.height * cos - ahead * sin]
+    }
+
     /// Forward, down and left of the ray through an image point, in binary64. The size and the point (from the left
     /// and the top edge) are in pixels.
     fn ray(&self, (width, height): (f64, f64), (column, row): (f64, f64)) -> [f64; 3] {
@@ -141,5 +231,41 @@ impl Camera {
         let scale = self.tangent() * (1.0 + k) / (1.0 + k * (x * x + y * y));
         let (sin, cos) = libm::sincos(self.pitch.to_radians());
         [cos - y * scale * sin, sin + y * scale * cos, -x * scale]
+    }
+}
+
+/// The pixel at a place counted from the middle in halves of the image's width.
+fn pixel((width, height): (u32, u32), x: f64, y: f64) -> (f64, f64) {
+    let half = f64::from(width) / 2.0;
+    (half * (x + 1.0) - 0.5, half * y + f64::from(height) / 2.0 - 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn floor_and_image_are_each_others_reverse() {
+        for (pitch, distortion) in [(0.0, 0.0), (51.0, -0.3), (51.0, 0.4), (88.0, 0.1), (20.0, -0.5)] {
+            let camera = Camera { height: 0.8, pitch, field_of_view: 100.0, distortion };
+            let size = (320, 240);
+            camera.check(size.0, size.1).expect("possible");
+            for (column, row) in
+                [(0.0, 130.0), (160.0, 121.5), (319.0, 239.0), (12.25, 200.0), (159.5, 239.0)]
+            {
+                let (ahead, left) = camera.floor(size, column, row).expect("floor");
+                let (back, down) = camera.project(size, ahead, left).expect("in front");
+                assert!(
+                    (back - column).abs() < 1e-9 && (down - row).abs() < 1e-9,
+                    "{camera:?} {column} {row}"
+                );
+                let again = camera.row_of(size, column, ahead).expect("in front");
+                assert!((again - row).abs() < 1e-9, "{camera:?} {column} {row} {again}");
+            }
+            assert_eq!(camera.project(size, -5.0, 0.0), None, "behind");
+            assert!(camera.row_of(size, 3.0, -5.0).is_none(), "behind");
+        }
+        let level = Camera { height: 0.8, pitch: 0.0, field_of_view: 90.0, distortion: 0.0 };
+        assert_eq!(level.floor((320, 240), 10.0, 119.0), None, "above the horizon");
     }
 }

@@ -3,8 +3,8 @@
 //! The fields are those of `sensor_msgs/LaserScan` of ROS: angles in radians, to the left positive, distances in
 //! metres, measured along the floor from the point under the lens. A scan has evenly spaced angles that stay the same
 //! from one frame to the next. The bearing of a column is neither: it depends on the row, because a pitched camera sees
-//! what is near under a wider angle. So a [`Scan`] has as many angles as columns, evenly spaced over all bearings that
-//! these can have, and each angle takes what the columns around it say (see [`Scan::fill`]).
+//! what is near under a wider angle. So a [`Scan`] has angles over all bearings that its columns can have, as close as the
+//! columns are far away, and each angle takes what the columns around it say (see [`Scan::fill`]).
 //!
 //! ```
 //! use vsonar::camera::{Camera, ground::Ground, scan::Scan};
@@ -17,10 +17,11 @@
 //! let rows = [100.0, 0.0, 90.0, f32::NAN];
 //! let ranges: Vec<_> = columns.iter().zip(rows).map(|(&column, row)| ground.locate(column, row)).collect();
 //! let message = scan.fill(&ranges, 5.0, 0.1);
-//! assert_eq!(message.ranges.len(), 4);
 //! // From right to left.
 //! assert!(message.angle_min < 0.0 && message.angle_max > 0.0);
-//! assert!(message.ranges[2].is_infinite() && message.ranges[3] > 0.8);
+//! let at = |bearing: f32| ((bearing - message.angle_min) / message.angle_increment).round() as usize;
+//! assert_eq!(message.ranges[at(ranges[0].bearing)], ranges[0].distance);
+//! assert_eq!(message.ranges[at(ranges[1].bearing)], f32::INFINITY);
 //! ```
 
 use super::ground::{Ground, Range};
@@ -49,6 +50,9 @@ pub struct LaserScan {
     pub intensities: Vec<f32>,
 }
 
+/// More angles than this no columns need; it bounds those of columns that are all one.
+const MOST_ANGLES: usize = 4096;
+
 /// The angles of a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scan {
@@ -58,23 +62,23 @@ pub struct Scan {
 }
 
 impl Scan {
-    /// As many angles as columns, evenly spaced from the rightmost to the leftmost bearing that an obstacle in one of
-    /// these columns can have.
+    /// Evenly spaced angles from the rightmost to the leftmost bearing that an obstacle in one of these columns can have,
+    /// at most as far apart as the columns are on average in row 0; a single one for a single column.
     pub fn new(ground: &Ground, columns: &[u32]) -> Scan {
-        let (mut angle_min, mut angle_max) = (f32::INFINITY, f32::NEG_INFINITY);
-        for &column in columns {
-            // Bearings go from one of these to the other as the row does.
-            for row in [0.0, ground.last_row()] {
-                let bearing = ground.locate(column, row).bearing;
-                angle_min = angle_min.min(bearing);
-                angle_max = angle_max.max(bearing);
-            }
-        }
+        let spread = |row: f32| {
+            let bearings = columns.iter().map(|&column| ground.locate(column, row).bearing);
+            bearings.fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), b| (min.min(b), max.max(b)))
+        };
+        // Bearings go from one of these to the other as the row does.
+        let (top, bottom) = (spread(0.0), spread(ground.last_row()));
+        let (angle_min, angle_max) = (top.0.min(bottom.0), top.1.max(bottom.1));
         if columns.len() < 2 {
-            let middle = if columns.is_empty() { 0.0 } else { (angle_min + angle_max) / 2.0 };
-            (angle_min, angle_max) = (middle, middle);
+            let angle = if columns.is_empty() { 0.0 } else { (angle_min + angle_max) / 2.0 };
+            return Scan { angle_min: angle, angle_max: angle, angles: columns.len() };
         }
-        Scan { angle_min, angle_max, angles: columns.len() }
+        let apart = (top.1 - top.0) / (columns.len() - 1) as f32;
+        let steps = ((angle_max - angle_min) / apart).ceil().min(MOST_ANGLES as f32) as usize;
+        Scan { angle_min, angle_max, angles: steps.max(columns.len() - 1) + 1 }
     }
 
     /// The scan of one frame, from the ranges of its columns in any order.
@@ -157,11 +161,14 @@ mod tests {
         let (near, far) = (scan([220.0; 6]), scan([0.0; 6]));
         for message in [&near, &far] {
             assert_eq!((message.angle_min, message.angle_max), (near.angle_min, near.angle_max));
-            assert_eq!(message.ranges.len(), 6);
-            let last = message.angle_min + 5.0 * message.angle_increment;
+            let steps = message.ranges.len() - 1;
+            assert!((6..30).contains(&steps), "{message:?}");
+            let last = message.angle_min + steps as f32 * message.angle_increment;
             assert!((last - message.angle_max).abs() < 1e-5 && message.angle_increment > 0.0);
         }
         assert!((near.angle_min + near.angle_max).abs() < 0.02, "even about the middle");
+        let far = ranges([0.0; 6]);
+        assert!(near.angle_increment <= (far[0].bearing - far[5].bearing) / 5.0);
         let times = (near.scan_time, near.time_increment, near.range_min, near.range_max);
         assert_eq!((times, near.intensities.len()), ((0.1, 0.0, 0.0, 6.0), 0));
     }
@@ -187,8 +194,12 @@ mod tests {
         assert!(message.ranges.iter().all(|r| r.is_nan()));
         // Far away the columns see less than the whole angle: its ends are not known.
         let message = scan([0.0; 6]);
-        assert!(message.ranges[0].is_nan() && message.ranges[5].is_nan(), "{message:?}");
-        assert!(message.ranges[2..4].iter().all(|&r| r == f32::INFINITY), "{message:?}");
+        let known = message.ranges.iter().filter(|r| !r.is_nan()).count();
+        assert!(
+            message.ranges[0].is_nan() && message.ranges.last().is_some_and(|r| r.is_nan()),
+            "{message:?}"
+        );
+        assert!((6..=8).contains(&known) && !message.ranges.iter().any(|r| r.is_finite()), "{message:?}");
         // A column without an answer does not hide an obstacle beside it.
         let message = scan([f32::NAN, f32::NAN, 100.0, f32::NAN, f32::NAN, f32::NAN]);
         assert!(message.ranges.iter().any(|r| r.is_finite()), "{message:?}");
@@ -209,5 +220,7 @@ mod tests {
         let range = ground.locate(160, 50.0);
         assert_eq!(one.fill(&[range], 6.0, 0.1).ranges, [range.distance]);
         assert!(one.fill(&[], 6.0, 0.1).ranges[0].is_nan());
+        let same = Scan::new(&ground, &[160, 160]).fill(&[range, range], 6.0, 0.1);
+        assert!(same.ranges.len() <= MOST_ANGLES + 1 && same.ranges.contains(&range.distance), "{same:?}");
     }
 }

@@ -58,7 +58,7 @@ enum Command {
 }
 
 /// An image size, as in 320x240.
-fn size(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
     let (min, max) = (Program::MIN_SIDE, Program::MAX_SIDE);
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     sides

@@ -13,7 +13,7 @@ pub(crate) enum CliError {
     Failed(String),
     /// What was asked was done, and the answer is no; it has been printed. Exit code 1.
     Negative,
-    /// Ctrl-C, and how to go on: exit code 130.
+    /// Ctrl-C, and how to go on, if there is anything to say: exit code 130.
     Interrupted(String),
     /// Whoever read the output has gone; nothing is wrong.
     Closed,
@@ -47,6 +47,7 @@ impl CliError {
         let (text, code) = match self {
             CliError::Usage(text) => (format!("error: {text}\n\nFor more information, try '--help'.\n"), 2),
             CliError::Failed(text) => (format!("error: {}\n", text.trim_end()), 1),
+            CliError::Interrupted(text) if text.is_empty() => return ExitCode::from(INTERRUPTED),
             CliError::Interrupted(text) => (format!("{text}\n"), INTERRUPTED),
             CliError::Negative => return ExitCode::from(1),
             CliError::Closed => return ExitCode::SUCCESS,

@@ -56,9 +56,6 @@ enum Native {
     CraneliftScalar,
 }
 
-
-
-
 /// Prints the program at the stage asked for.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let text = with_stack(|| listing(&args))??;

@@ -7,6 +7,7 @@ mod bench;
 mod bench_population;
 mod bench_tables;
 mod bench_view;
+mod calibrate;
 mod completions;
 mod data;
 mod error;
@@ -19,6 +20,12 @@ mod ir;
 mod memory;
 mod output;
 mod program;
+mod run;
+mod run_columns;
+mod run_input;
+mod run_latency;
+mod run_output;
+mod run_worker;
 mod settings;
 mod show;
 mod source;
@@ -38,6 +45,7 @@ Examples:
   vsonar evolve --data photos                   evolve on images and labels of your own
   vsonar eval runs/photos-seed-1/best.gp --data photos
   vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
+  vsonar run runs/photos-seed-1/best.gp --input photos    its answers to a camera's frames
   vsonar evolve --help                          the flags of a command, with examples
 
 A data folder holds `labels.csv` (header `image,x,y`; y is the row, counted from the top, of the lowest pixel of
@@ -57,9 +65,11 @@ enum Command {
     Evolve(Box<evolve::Args>),
     Eval(eval::Args),
     Show(show::Args),
+    Run(Box<run::Args>),
     Ir(ir::Args),
     Export(Box<export::Args>),
     Bench(Box<bench::Args>),
+    Calibrate(calibrate::Args),
     Data(data::Args),
     Completions(completions::Args),
 }
@@ -78,9 +88,11 @@ pub(crate) fn main() -> ExitCode {
         Command::Evolve(args) => evolve::run(*args),
         Command::Eval(args) => eval::run(args),
         Command::Show(args) => show::run(args),
+        Command::Run(args) => run::run(*args),
         Command::Ir(args) => ir::run(args),
         Command::Export(args) => export::run(*args),
         Command::Bench(args) => bench::run(*args),
+        Command::Calibrate(args) => calibrate::run(args),
         Command::Data(args) => data::run(args),
         Command::Completions(args) => completions::run(args),
     };

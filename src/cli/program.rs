@@ -17,7 +17,7 @@ pub(crate) enum Loaded {
     /// As evolved, for images of any size.
     Individual(Individual),
     /// In the compiler's form, for images of the size that it states.
-    Program(Program),
+    Program(Box<Program>),
 }
 
 impl Loaded {
@@ -32,7 +32,9 @@ impl Loaded {
             .and_then(|file| file.take(MAX_BYTES).read_to_string(&mut source))
             .map_err(|e| CliError::file(path, "read the program", &e))?;
         let program = text::parse(&source);
-        program.map(Loaded::Program).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))
+        program
+            .map(|program| Loaded::Program(Box::new(program)))
+            .map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))
     }
 
     /// The size of images that the program states.
@@ -47,7 +49,7 @@ impl Loaded {
     pub(crate) fn lowered(self, (width, height): (u32, u32)) -> Program {
         match self {
             Loaded::Individual(individual) => vsonar::lower::lower(&individual, width, height),
-            Loaded::Program(program) => program,
+            Loaded::Program(program) => *program,
         }
     }
 

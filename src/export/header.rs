@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::c::literal::comment;
+use super::c::literal::{comment, quoted};
 use super::{ABI, MEDIAN, Request};
 
 /// Whether the ranges come from the median of three frames. Without a camera there are no ranges.
@@ -40,7 +40,7 @@ fn opening(request: &Request, native: bool) -> String {
     let stack = if native {
         format!("{}_STACK_BYTES at most", request.symbol.upper())
     } else {
-        "less than one kilobyte or two, as the compiler has it".to_string()
+        "some hundred bytes (the compiler knows:\n * -fstack-usage)".to_string()
     };
     let mut out = format!(
         "/* {name}: a visual obstacle detector, exported by vsonar {}.\n *\n * It takes a gray image of {width} x {height} \
@@ -89,6 +89,16 @@ fn constants(request: &Request, stack_bytes: Option<usize>) -> String {
     );
     let floats = if has_median(request) { "(2 * (size_t)(n))" } else { "((size_t)0 * (size_t)(n))" };
     constant("STATE_FLOATS(n)", floats.into(), "floats of state for n columns");
+    if let Some(data) = &request.provenance.data {
+        constant("DATA", quoted(data), "the data set it was evolved on");
+    }
+    if let Some(seed) = request.provenance.seed {
+        constant("SEED", format!("UINT64_C({seed})"), "of the run it was evolved in");
+    }
+    if let Some((correct, cases)) = request.provenance.fitness {
+        constant("CORRECT", correct.to_string(), "training cases answered correctly");
+        constant("CASES", cases.to_string(), "training cases in all");
+    }
     if let Some(camera) = &request.camera {
         constant("CAMERA_HEIGHT", format!("{:?}", camera.height), "of the lens above the floor, in metres");
         constant(
@@ -135,7 +145,7 @@ fn ranges(request: &Request) -> String {
     let (name, up) = (request.symbol.as_str(), request.symbol.upper());
     let (believed, state, reset) = if has_median(request) {
         (
-            "the median of the newest row and those of the two frames before, as far as they are finite",
+            "the median of three frames, as far as they are finite",
             format!(
                 "{up}_STATE_FLOATS(n) floats that belong to these columns: {name}_reset before the first frame, then left alone"
             ),

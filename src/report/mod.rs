@@ -2,8 +2,8 @@
 //!
 //! A picture shows one image as the paper's Figures 1 and 2 do: in each column a white bar over what the
 //! detector takes for ground and a black one over what it takes for an obstacle, and a cross at the ideal answer
-//! ([`draw`] tells the rules); a contact sheet shows many of them, with captions. Both are plain images in
-//! memory; whoever asked for them writes them.
+//! ([`draw`] tells the rules); a contact sheet shows many of them, with captions; an [`Overlay`] draws the same over
+//! the frames of a camera. All are plain images in memory; whoever asked for them writes them.
 //!
 //! ```
 //! use image::{GrayImage, Luma, Rgb};
@@ -26,10 +26,12 @@
 
 mod canvas;
 pub(crate) mod font;
+mod overlay;
 mod picture;
 mod sheet;
 #[cfg(test)]
 mod tests;
 
+pub use overlay::{Mark, Overlay};
 pub use picture::{Column, MAX_SCALE, Style, draw, fitting_scale};
 pub use sheet::{LEGEND, Tile, contact_sheet};

@@ -98,7 +98,7 @@ pub fn draw(image: &GrayImage, columns: &[Column], style: &Style) -> RgbImage {
 
 /// Where an answer lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Spot {
+pub(super) enum Spot {
     Inside(f64),
     Above,
     Below,
@@ -106,22 +106,24 @@ enum Spot {
 }
 
 /// The picture while it is drawn, with all lengths in its pixels.
-struct Pen<'a> {
-    canvas: Canvas,
+pub(super) struct Pen<'a> {
+    pub(super) canvas: Canvas,
     style: &'a Style,
-    scale: i64,
+    pub(super) scale: i64,
     /// Width of a line.
-    line: i64,
+    pub(super) line: i64,
     /// Width of the lines of crosses and rings.
     bold: i64,
     /// Width of a bar without and with its outline.
-    bar: (i64, i64),
+    pub(super) bar: (i64, i64),
+    /// Least distance of two columns, if there are two.
+    pub(super) gap: Option<i64>,
     /// Length of a cross's arms.
     arm: i64,
 }
 
 impl Pen<'_> {
-    fn new<'a>(canvas: Canvas, columns: &[Column], style: &'a Style, scale: i64) -> Pen<'a> {
+    pub(super) fn new<'a>(canvas: Canvas, columns: &[Column], style: &'a Style, scale: i64) -> Pen<'a> {
         let side = i64::from(canvas.0.width().min(canvas.0.height()));
         let line = ((side + 120) / 240).max(1);
         let mut xs: Vec<u32> = columns.iter().map(|c| c.x).collect();
@@ -132,14 +134,14 @@ impl Pen<'_> {
         let outer = gap.map_or(5 * line, |gap| (gap / 2).min(5 * line)).max(1);
         let outline = if outer >= 5 * line { line } else { i64::from(outer >= 3) };
         let arm = gap.map_or(6 * line, |gap| gap.min(6 * line)).max(2 * line);
-        Pen { canvas, style, scale, line, bold: line + line / 2, bar: (outer - 2 * outline, outer), arm }
+        Pen { canvas, style, scale, line, bold: line + line / 2, bar: (outer - 2 * outline, outer), gap, arm }
     }
 
-    fn rows(&self) -> i64 {
+    pub(super) fn rows(&self) -> i64 {
         i64::from(self.canvas.0.height()) / self.scale
     }
 
-    fn spot(&self, answer: f32) -> Spot {
+    pub(super) fn spot(&self, answer: f32) -> Spot {
         match f64::from(answer) {
             a if a.is_nan() => Spot::Nowhere,
             a if a < 0.0 => Spot::Above,
@@ -149,7 +151,7 @@ impl Pen<'_> {
     }
 
     /// The middle of an image column or row in the picture.
-    fn middle(&self, at: u32) -> i64 {
+    pub(super) fn middle(&self, at: u32) -> i64 {
         i64::from(at) * self.scale + self.scale / 2
     }
 
@@ -157,7 +159,7 @@ impl Pen<'_> {
         if column.is_correct(self.style.tolerance) { RIGHT } else { WRONG }
     }
 
-    fn bar(&mut self, column: &Column) {
+    pub(super) fn bar(&mut self, column: &Column) {
         let x = self.middle(column.x);
         let height = self.rows() * self.scale;
         // the first row of the picture that is ground

@@ -11,8 +11,11 @@ const COMMANDS: &[&[&str]] = &[
     &["evolve"],
     &["eval"],
     &["show"],
+    &["run"],
     &["ir"],
+    &["export"],
     &["bench"],
+    &["calibrate"],
     &["data"],
     &["data", "check"],
     &["data", "synth"],
@@ -44,7 +47,9 @@ fn every_command_has_help_with_examples() {
         assert!(short.lines().all(|line| line.chars().count() <= 120), "{short}");
     }
     let all = help(&[]);
-    for command in ["evolve", "eval", "show", "ir", "bench", "data", "completions"] {
+    for command in
+        ["evolve", "eval", "show", "run", "ir", "export", "bench", "calibrate", "data", "completions"]
+    {
         assert!(all.contains(&format!(" {command} ")), "{all}");
     }
 }
@@ -142,6 +147,19 @@ fn other_stated_defaults_are_the_real_ones() {
     }
     // The numbers are tested where they are used.
     assert!(of_flag(&help(&["bench"]), "--cases").contains("[default: 32,64,128,256,all as far"));
+    assert!(of_flag(&help(&["calibrate"]), "--size").contains("[default: 320x240]"));
+    // That they are is tested with the command.
+    let run = help(&["run"]);
+    for (flag, value) in [
+        ("--input", "-"),
+        ("--format", "auto"),
+        ("--columns", "12"),
+        ("--output", "rows"),
+        ("--median", "1"),
+        ("--every", "1s"),
+    ] {
+        assert!(of_flag(&run, flag).contains(&format!("[default: {value}]")), "{flag}: {run}");
+    }
     let ir = help(&["ir"]);
     assert!(of_flag(&ir, "--stage").contains("[default: optimised]"));
     assert!(of_flag(&ir, "--size").contains("[default: 320x240]"));

@@ -10,7 +10,7 @@ use crate::common::*;
 /// Far longer than anything here takes.
 const LIMIT: Duration = Duration::from_secs(300);
 
-fn interrupt(run: &Child) {
+pub(crate) fn interrupt(run: &Child) {
     // SAFETY: sends a signal to a child that has not been waited for, so its number is its own.
     let sent = unsafe { libc::kill(run.id() as libc::pid_t, libc::SIGINT) };
     assert_eq!(sent, 0);
@@ -151,6 +151,23 @@ fn a_full_disk_leaves_nothing_half_written() {
         let complaint = one_error(&on_a_full_disk(&place, 100, arguments), 1);
         assert!(before == place.everything(), "{arguments:?} left something behind: {complaint}");
     }
+}
+
+#[test]
+fn a_full_disk_ends_a_recording() {
+    let place = Place::new();
+    place.write("up.gp", "(individual (iterate-up 3x3 x-obstacle (set-a y)))");
+    let output = on_a_full_disk(
+        &place,
+        100,
+        &["run", "up.gp", "--input", "data", "--record", "kept", "--every", "2f"],
+    );
+    let complaint = one_error(&output, 1);
+    assert!(
+        complaint.contains("frame_000000.png") && complaint.contains("make room on the disk"),
+        "{complaint}"
+    );
+    assert_eq!(std::fs::read_dir(place.path("kept")).expect("made").count(), 0, "nothing half written");
 }
 
 #[test]

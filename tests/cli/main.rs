@@ -3,6 +3,7 @@
 mod bad_input;
 mod bad_programs;
 mod bench;
+mod calibrate;
 mod common;
 mod eval;
 mod evolve;
@@ -10,4 +11,5 @@ mod help;
 mod interruption;
 mod kill;
 mod other;
+mod run;
 mod show;

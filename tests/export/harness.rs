@@ -3,6 +3,7 @@
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use image::GrayImage;
 use vsonar::camera::ground::{Ground, median_of_three};
@@ -15,6 +16,7 @@ use crate::common::same;
 use crate::tools::{Compiler, in_parallel, run};
 
 /// Images of one size.
+#[derive(Clone)]
 pub(crate) struct Images {
     pub(crate) width: u32,
     pub(crate) height: u32,
@@ -31,7 +33,7 @@ pub(crate) struct Sample {
 
 /// A sample's files: the detectors in some translation units, the harness, the images.
 pub(crate) struct Files {
-    folder: PathBuf,
+    pub(crate) folder: PathBuf,
     units: Vec<String>,
 }
 
@@ -55,10 +57,8 @@ impl Sample {
             let index = self.images_of(request);
             let columns = self.columns(&self.images[index]);
             let answer = |sums: &WindowSums, x: u32| reference::answer(&request.program, sums, x as f32);
-            let rows: Vec<Vec<f32>> = sums[index]
-                .iter()
-                .map(|sums| columns.iter().map(|&x| answer(sums, x)).collect())
-                .collect();
+            let rows: Vec<Vec<f32>> =
+                sums[index].iter().map(|sums| columns.iter().map(|&x| answer(sums, x)).collect()).collect();
             let mut out = rows.concat();
             if request.camera.is_some() {
                 out.extend(ranges(request, &columns, &rows));
@@ -113,6 +113,12 @@ impl Sample {
         Files { folder, units: names }
     }
 
+    /// Of a detector's values the rows that it finds, without the ranges.
+    pub(crate) fn rows<'v>(&self, detector: usize, values: &'v [f32]) -> &'v [f32] {
+        let images = &self.images[self.images_of(&self.requests[detector].1)];
+        &values[..images.images.len() * self.columns(images).len()]
+    }
+
     /// Compares what a harness wrote.
     pub(crate) fn compare(&self, compiler: &Compiler, expected: &[Vec<f32>], found: &[u8]) {
         let mut words = found.as_chunks::<4>().0.iter().map(|bytes| f32::from_ne_bytes(*bytes));
@@ -157,9 +163,7 @@ fn ranges(request: &Request, columns: &[u32], rows: &[Vec<f32>]) -> Vec<f32> {
 impl Files {
     /// Compiles the files and runs the harness; what it wrote.
     pub(crate) fn run(&self, compiler: &Compiler) -> Vec<u8> {
-        let name: String =
-            compiler.to_string().chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-        let folder = self.folder.join(name);
+        let folder = self.folder.join(file_name(compiler));
         std::fs::create_dir_all(&folder).expect("folders can be made");
         in_parallel(&self.units, |unit| {
             let source = self.folder.join(format!("{unit}.c"));
@@ -173,10 +177,38 @@ impl Files {
         std::fs::read(output).expect("the harness wrote it")
     }
 
-    /// Where a file is.
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
-        self.folder.join(name)
+    /// Compiles the harness alone, links it with detectors that are compiled already, and runs it in `folder`; what
+    /// it wrote.
+    pub(crate) fn run_with(&self, compiler: &Compiler, detectors: &[PathBuf], folder: &Path) -> Vec<u8> {
+        std::fs::create_dir_all(folder).expect("folders can be made");
+        let program = folder.join("harness");
+        let mut command = compiler.command();
+        command.arg(self.folder.join("harness.c")).args(detectors).arg("-o").arg(&program);
+        run(command.arg(format!("-Wl,-rpath,{}", self.folder.display())));
+        let output = folder.join("answers");
+        run(compiler.runner(&program).arg(self.folder.join("images")).arg(&output));
+        std::fs::read(output).expect("the harness wrote it")
     }
+
+    /// Checks that the compiled detectors need nothing from elsewhere, and export what the interface says.
+    pub(crate) fn check_symbols(&self, compiler: &Compiler) {
+        const ENTRIES: [&str; 4] = ["detect", "ranges", "reset", "info"];
+        for unit in self.units.iter().filter(|unit| *unit != "harness") {
+            let object = self.folder.join(file_name(compiler)).join(format!("{unit}.o"));
+            let symbols = run(Command::new("nm").arg("-g").arg(object)).stdout;
+            for line in String::from_utf8_lossy(&symbols).lines() {
+                let name = line.rsplit(' ').next().unwrap_or_default();
+                let expected =
+                    line.contains(" T ") && ENTRIES.iter().any(|e| name.ends_with(&format!("_{e}")));
+                assert!(expected, "{compiler}, {unit}: unexpected symbol {line:?}");
+            }
+        }
+    }
+}
+
+/// A compiler's name for files.
+fn file_name(compiler: &Compiler) -> String {
+    compiler.to_string().replace(|c: char| !c.is_ascii_alphanumeric(), "_")
 }
 
 /// Writes a source file.

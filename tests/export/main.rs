@@ -5,5 +5,6 @@ mod c;
 mod common;
 mod harness;
 mod interface;
+mod native;
 mod python;
 mod tools;

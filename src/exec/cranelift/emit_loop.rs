@@ -7,7 +7,7 @@
 //! and the results live is the business of a [`WindowSource`] and an [`Inputs`], so that strips and raw pixels,
 //! JIT and exported code share this file.
 
-use cranelift_codegen::ir::{self, BlockArg, InstBuilder};
+use cranelift_codegen::ir::{self, BlockArg, InstBuilder, MemFlagsData, StackSlot, StackSlotData, StackSlotKind};
 use vsonar_ir::machine::Machine;
 use vsonar_ir::op::{Depends, Value};
 use vsonar_ir::program::{Column, Region};
@@ -16,19 +16,38 @@ use vsonar_ir::{Direction, Inst, Leaf, Loop, Op, Operand, Reg, Ty};
 use super::emit::{Emitter, Shape};
 
 /// Where the window operands come from, and with it the loop's position and end.
+///
+/// A source may hand the rows out in *tiles*: then there is a loop around that over the rows, and what is costly to
+/// prepare, or calls functions, stands there.
 pub(crate) trait WindowSource {
-    /// Before the loop: the values the source carries from row to row, as they start.
+    /// Before the loop: the values the source carries from row to row, or from tile to tile, as they start.
     fn begin(&mut self, e: &mut Emitter<'_, '_>) -> Vec<ir::Value>;
 
-    /// At the top of a row, which the source may leave for another block: the carried values of this row.
-    fn enter(&mut self, e: &mut Emitter<'_, '_>, carried: &[ir::Value]);
+    /// Whether there are tiles.
+    fn tiled(&self) -> bool {
+        false
+    }
+
+    /// At the top of a tile, with the values carried from tile to tile: the values carried from row to row, as they
+    /// start.
+    fn tile(&mut self, _e: &mut Emitter<'_, '_>, carried: &[ir::Value]) -> Vec<ir::Value> {
+        carried.to_vec()
+    }
+
+    /// At the top of a row: the carried values of this row.
+    fn enter(&mut self, carried: &[ir::Value]);
 
     /// A window operand at this row, in the emitter's shape.
     fn window(&mut self, e: &mut Emitter<'_, '_>, operand: Operand) -> ir::Value;
 
-    /// At the end of a row: the carried values of the next one, and whether there is one (an integer that is
-    /// zero at the last row).
+    /// At the end of a row: the carried values of the next one, and whether there is one in this tile (an integer
+    /// that is zero at the last row).
     fn advance(&mut self, e: &mut Emitter<'_, '_>) -> (Vec<ir::Value>, ir::Value);
+
+    /// After a tile: the carried values of the next one, and whether there is one.
+    fn next_tile(&mut self, _e: &mut Emitter<'_, '_>) -> (Vec<ir::Value>, ir::Value) {
+        unreachable!("of tiled sources alone")
+    }
 }
 
 /// Where the parameters of a case come from.
@@ -43,6 +62,15 @@ pub(crate) trait Inputs {
 struct Slot {
     scalar: Option<ir::Value>,
     lanes: Option<ir::Value>,
+}
+
+impl Slot {
+    fn of(self, shape: Shape) -> Option<ir::Value> {
+        match shape {
+            Shape::Scalar => self.scalar,
+            Shape::Lanes4 => self.lanes,
+        }
+    }
 }
 
 /// The registers of a block while it is emitted.
@@ -74,14 +102,15 @@ impl<'p> Frame<'p> {
             return e.constant(ty, bits);
         }
         let slot = self.slots[reg.index()];
-        let value = match e.shape() {
-            Shape::Scalar => slot.scalar,
-            Shape::Lanes4 => slot.lanes,
-        };
-        if let Some(value) = value {
+        if let Some(value) = slot.of(e.shape()) {
             return value;
         }
         let scalar = slot.scalar.expect("registers are defined in order, and per row only from per row");
+        if ty == Ty::Mask {
+            // To compare again, in lanes, is cheaper than to turn a truth value into a mask.
+            self.operation(e, reg);
+            return self.slots[reg.index()].lanes.unwrap_or(scalar);
+        }
         let value = e.splat(ty, scalar);
         self.set(reg, Shape::Lanes4, value);
         value
@@ -226,7 +255,8 @@ impl LoopEmitter<'_, '_> {
     /// A loop of a single row: no loop at all.
     fn single(&mut self, e: &mut Emitter<'_, '_>, start: Start, wanted: [bool; 5]) -> [Option<ir::Value>; 5] {
         let carried = self.source.begin(e);
-        self.source.enter(e, &carried);
+        let carried = if self.source.tiled() { self.source.tile(e, &carried) } else { carried };
+        self.source.enter(&carried);
         self.y = Some(self.scalar(e, start.y));
         self.first_window = Some(self.scalar(e, start.first_window));
         self.row(e);
@@ -243,9 +273,10 @@ impl LoopEmitter<'_, '_> {
             (0..5).filter(|&k| self.l.next()[k].is_some() && (wanted[k] || read(k))).collect();
         let breaks = self.breaks(e.shape());
 
-        // The entry's end: what the first row finds.
+        // The entry's end: what the first row or tile finds.
+        let tiled = self.source.tiled();
         let mut args = self.source.begin(e);
-        let source_values = args.len();
+        let mut source_values = args.len();
         let zero = e.f32(0.0);
         args.extend(kept.iter().map(|_| zero));
         if breaks == Breaks::Lanes {
@@ -257,14 +288,19 @@ impl LoopEmitter<'_, '_> {
         if uses_first {
             args.push(self.scalar(e, start.first_window));
         }
-        let body = e.b.create_block();
-        let params: Vec<ir::Value> = args
-            .iter()
-            .map(|&arg| {
-                let ty = e.b.func.dfg.value_type(arg);
-                e.b.append_block_param(body, ty)
-            })
-            .collect();
+        let tile = tiled.then(|| {
+            let kept = self.keep(e, &args[source_values..]);
+            let tile = block_for(e, &args[..source_values]);
+            e.b.ins().jump(tile, &block_args(&args[..source_values]));
+            e.switch_to_block(tile);
+            let own = e.b.block_params(tile).to_vec();
+            let start = self.source.tile(e, &own);
+            source_values = start.len();
+            args = [start, self.find(e, &kept)].concat();
+            (tile, kept)
+        });
+        let body = block_for(e, &args);
+        let params: Vec<ir::Value> = e.b.block_params(body).to_vec();
         let exit = e.b.create_block();
         let outputs: Vec<usize> = kept.iter().copied().filter(|&k| wanted[k]).collect();
         let results: Vec<ir::Value> = outputs.iter().map(|_| e.b.append_block_param(exit, f32)).collect();
@@ -274,7 +310,7 @@ impl LoopEmitter<'_, '_> {
         e.switch_to_block(body);
         let mut rest = params.iter().copied();
         let carried: Vec<ir::Value> = rest.by_ref().take(source_values).collect();
-        self.source.enter(e, &carried);
+        self.source.enter(&carried);
         for &k in &kept {
             self.frame.carried[k] = rest.next();
         }
@@ -297,14 +333,14 @@ impl LoopEmitter<'_, '_> {
             _ => self.in_scalar(e, |frame, e| frame.get(e, reg)),
         });
         let (mut args, more) = self.source.advance(e);
+        let source_values = args.len();
         args.extend(kept.iter().filter_map(|&k| next[k]));
-        let mut go_on = more;
+        let mut any = None;
         if let (Some(alive), Some(stop)) = (alive, stop) {
             let running = e.not(stop);
             let alive = e.and(alive, running);
             args.push(alive);
-            let any = e.b.ins().vany_true(alive);
-            go_on = e.b.ins().band(any, more);
+            any = Some(e.b.ins().vany_true(alive));
         }
         if let Some(y) = self.y {
             let up = self.l.direction() == Direction::Up;
@@ -320,7 +356,19 @@ impl LoopEmitter<'_, '_> {
             e.b.ins().brif(stop, exit, &outs, on, &[]);
             e.switch_to_block(on);
         }
-        e.b.ins().brif(go_on, body, &block_args(&args), exit, &outs);
+        let and_any = |e: &mut Emitter<'_, '_>, more| any.map_or(more, |any| e.b.ins().band(any, more));
+        let go_on = and_any(e, more);
+        if let Some((tile, kept)) = tile {
+            let ended = e.b.create_block();
+            e.b.ins().brif(go_on, body, &block_args(&args), ended, &[]);
+            e.switch_to_block(ended);
+            kept.store(e, &args[source_values..]);
+            let (found, more) = self.source.next_tile(e);
+            let go_on = and_any(e, more);
+            e.b.ins().brif(go_on, tile, &block_args(&found), exit, &outs);
+        } else {
+            e.b.ins().brif(go_on, body, &block_args(&args), exit, &outs);
+        }
         e.switch_to_block(exit);
 
         let mut finals = [None; 5];
@@ -329,6 +377,34 @@ impl LoopEmitter<'_, '_> {
             finals[k] = Some(result.unwrap_or_else(|| e.f32(0.0)));
         }
         finals
+    }
+
+    /// Keeps values in memory that the rows of a tile want in registers: those that are carried, and the invariant
+    /// ones. Left to itself, the register allocator would have them in memory in every row, because a tile begins with
+    /// a call.
+    fn keep(&self, e: &mut Emitter<'_, '_>, carried: &[ir::Value]) -> Kept {
+        let mut values = carried.to_vec();
+        let invariants: Vec<(usize, Shape)> = (self.l.region(Region::Invariant))
+            .flat_map(|index| [(index, Shape::Scalar), (index, Shape::Lanes4)])
+            .filter(|&(index, shape)| self.frame.slots[index].of(shape).is_some())
+            .collect();
+        values.extend(invariants.iter().filter_map(|&(index, shape)| self.frame.slots[index].of(shape)));
+        let types = values.iter().map(|&value| e.b.func.dfg.value_type(value)).collect();
+        let bytes = (Kept::BYTES as usize * values.len()) as u32;
+        let slot =
+            e.b.create_sized_stack_slot(StackSlotData::new(StackSlotKind::ExplicitSlot, bytes, Kept::ALIGN));
+        let kept = Kept { slot, types, carried: carried.len(), invariants };
+        kept.store(e, &values);
+        kept
+    }
+
+    /// What was kept: the carried values; the invariant ones are put where they are looked for.
+    fn find(&mut self, e: &mut Emitter<'_, '_>, kept: &Kept) -> Vec<ir::Value> {
+        let mut values = kept.load(e);
+        for (&(index, shape), value) in kept.invariants.iter().zip(values.split_off(kept.carried)) {
+            self.frame.set(Reg(index as u32), shape, value);
+        }
+        values
     }
 
     /// The value of carried register `k` after this row, 0 where it is never written.
@@ -363,6 +439,43 @@ impl LoopEmitter<'_, '_> {
     }
 }
 
+/// Values in memory.
+struct Kept {
+    slot: StackSlot,
+    types: Vec<ir::Type>,
+    /// The first so many are carried from row to row.
+    carried: usize,
+    /// The others: registers of the body.
+    invariants: Vec<(usize, Shape)>,
+}
+
+impl Kept {
+    /// Bytes for each value, and the logarithm of it.
+    const BYTES: i32 = 1 << Kept::ALIGN;
+    const ALIGN: u8 = 4;
+
+    fn address(&self, e: &mut Emitter<'_, '_>) -> ir::Value {
+        e.b.ins().stack_addr(ir::types::I64, self.slot, 0)
+    }
+
+    /// Stores the first values.
+    fn store(&self, e: &mut Emitter<'_, '_>, values: &[ir::Value]) {
+        let address = self.address(e);
+        for (i, &value) in values.iter().enumerate() {
+            e.b.ins().store(MemFlagsData::trusted(), value, address, Kept::BYTES * i as i32);
+        }
+    }
+
+    /// Loads them all.
+    fn load(&self, e: &mut Emitter<'_, '_>) -> Vec<ir::Value> {
+        let address = self.address(e);
+        let load = |(i, &ty): (usize, &ir::Type)| {
+            e.b.ins().load(ty, MemFlagsData::trusted(), address, Kept::BYTES * i as i32)
+        };
+        self.types.iter().enumerate().map(load).collect()
+    }
+}
+
 /// Which lanes a break mask stops at once.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Breaks {
@@ -372,6 +485,16 @@ enum Breaks {
     All,
     /// Each by itself.
     Lanes,
+}
+
+/// A block with a parameter for each of the values.
+fn block_for(e: &mut Emitter<'_, '_>, values: &[ir::Value]) -> ir::Block {
+    let block = e.b.create_block();
+    for &value in values {
+        let ty = e.b.func.dfg.value_type(value);
+        e.b.append_block_param(block, ty);
+    }
+    block
 }
 
 fn block_args(values: &[ir::Value]) -> Vec<BlockArg> {

@@ -115,7 +115,7 @@ impl WindowSource for StripSource {
         vec![e.b.ins().iconst(pointer, self.first)]
     }
 
-    fn enter(&mut self, _e: &mut Emitter<'_, '_>, carried: &[ir::Value]) {
+    fn enter(&mut self, carried: &[ir::Value]) {
         self.position = Some(carried[0]);
     }
 

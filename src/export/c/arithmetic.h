@@ -11,7 +11,7 @@
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(__TINYC__)
-/* GCC does not know the standard's way. The second keeps it from calling memset and memcpy for loops. */
+/* GCC does not know the standard's way. The second keeps it from calling memset for loops. */
 #pragma GCC optimize("fp-contract=off", "no-tree-loop-distribute-patterns")
 #elif defined(_MSC_VER)
 #pragma fp_contract(off)
@@ -37,4 +37,13 @@
 #endif
 #elif defined(__i386__) || defined(_M_IX86) || defined(__m68k__)
 #error "this compiler may evaluate float with more precision"
+#endif
+/* Clang is kept from calling memset for a loop by an attribute of the function. */
+#if !defined(VSONAR_NO_CALLS) && defined(__clang__)
+#if __has_attribute(no_builtin)
+#define VSONAR_NO_CALLS __attribute__((no_builtin))
+#endif
+#endif
+#if !defined(VSONAR_NO_CALLS)
+#define VSONAR_NO_CALLS
 #endif

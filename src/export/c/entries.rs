@@ -83,7 +83,7 @@ fn opening(prefix: &str, upper: &str, missing: &str) -> String {
 fn detect(prefix: &str) -> String {
     let opening = opening(prefix, &prefix.to_ascii_uppercase(), "rows == NULL");
     format!(
-        "int {prefix}_detect(const uint8_t *luma, size_t row_stride, size_t pixel_stride, const int32_t *columns,\n    \
+        "VSONAR_NO_CALLS\nint {prefix}_detect(const uint8_t *luma, size_t row_stride, size_t pixel_stride, const int32_t *columns,\n    \
          size_t n, float *rows)\n{{\n{opening}    for (i = 0; i < n; i++)\n        \
          rows[i] = {prefix}_answer(&image, (float)columns[i]);\n    return 0;\n}}\n\n"
     )
@@ -104,7 +104,7 @@ fn ranges(request: &Request) -> String {
     };
     let unused = if median { "" } else { "    (void)state;\n" };
     format!(
-        "int {prefix}_ranges(const uint8_t *luma, size_t row_stride, size_t pixel_stride, const int32_t *columns,\n    \
+        "VSONAR_NO_CALLS\nint {prefix}_ranges(const uint8_t *luma, size_t row_stride, size_t pixel_stride, const int32_t *columns,\n    \
          size_t n, float *state, {prefix}_range *ranges)\n{{\n{opening}{unused}    for (i = 0; i < n; i++) {{\n        \
          const float column = (float)columns[i];\n{row}        {prefix}_place(column, row, &ranges[i]);\n    }}\n    \
          return 0;\n}}\n\n"
@@ -121,13 +121,15 @@ fn reset(request: &Request) -> String {
     } else {
         "    (void)state;\n    (void)n;\n".into()
     };
-    format!("void {prefix}_reset(float *state, size_t n)\n{{\n{body}}}\n\n")
+    format!("VSONAR_NO_CALLS\nvoid {prefix}_reset(float *state, size_t n)\n{{\n{body}}}\n\n")
 }
 
 fn info(request: &Request) -> String {
     let (prefix, program, provenance) = (request.symbol.as_str(), &request.program, &request.provenance);
     let text = |name: &str, text: &str| {
-        format!("static const char {prefix}_{name}_text[] = {};\n", literal::text(text, "    "))
+        let text = literal::text(text, "    ");
+        let space = if text.starts_with('\n') { "" } else { " " };
+        format!("static const char {prefix}_{name}_text[] ={space}{text};\n")
     };
     let texts =
         text("data", provenance.data.as_deref().unwrap_or_default()) + &text("program", &provenance.program);

@@ -25,12 +25,17 @@ fn escaped(byte: u8) -> String {
     }
 }
 
+/// A text as one string literal.
+pub(in crate::export) fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.bytes().map(escaped).collect::<String>())
+}
+
 /// What initialises an array of `char` with a text: string literals, or single characters where the text is longer
 /// than a literal may be. Lines begin with `indent`.
 pub(super) fn text(text: &str, indent: &str) -> String {
     let mut out = String::new();
     if text.len() > LONGEST {
-        out.push_str("{");
+        out.push('{');
         for (i, byte) in text.bytes().enumerate() {
             if i % 16 == 0 {
                 let _ = write!(out, "\n{indent}");

@@ -35,6 +35,7 @@ pub(super) mod literal;
 mod live;
 mod loops;
 mod operators;
+mod rows;
 mod windows;
 mod writer;
 
@@ -77,8 +78,10 @@ pub fn source(request: &Request) -> String {
     }
     let operators: String = operators.iter().map(|function| function.definition(prefix)).collect();
     let operations: String = ops.iter().map(|op| functions::operation(prefix, *op)).collect();
-    let wide = body.contains(&format!("{prefix}_wide(")).then(|| windows::wide(prefix)).unwrap_or_default();
-    body = operations + &operators + &wide + &body + &entries;
+    if body.contains(&format!("{prefix}_wide(")) {
+        body.insert_str(0, &windows::wide(prefix));
+    }
+    body = operations + &operators + &body + &entries;
     let bits = functions::bits(prefix, &body);
 
     let declarations = header::header(request, None);

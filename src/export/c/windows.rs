@@ -80,7 +80,7 @@ impl Windows<'_> {
         let (last_x, last_y) = (width - 1, height - 1);
         let functions = operators::functions(operands);
         let spans = self.spans(&functions);
-        let rows = [("above", "y > 0 ? y - 1 : 0"), ("row", "y"), ("below", "")];
+        let rows = [("above", "(y > 0 ? y - 1 : 0)"), ("row", "y"), ("below", "")];
         let mut out = format!(
             "/* Loop {number}: the sums over row y between the window's sides, of which the left one is given. Border\n   \
              pixels stand in for those outside the image. */\nstatic void {prefix}_row_{number}(const {prefix}_image \
@@ -88,9 +88,9 @@ impl Windows<'_> {
              image->pixel_stride;\n"
         );
         for ((name, y), _) in rows.iter().zip(&spans).filter(|(_, span)| span.is_some()) {
-            let y = if y.is_empty() { format!("y < {last_y} ? y + 1 : {last_y}") } else { (*y).into() };
+            let y = if y.is_empty() { format!("(y < {last_y} ? y + 1 : {last_y})") } else { (*y).into() };
             let _ =
-                writeln!(out, "    const uint8_t *{name} = image->luma + (size_t)({y}) * image->row_stride;");
+                writeln!(out, "    const uint8_t *{name} = image->luma + (size_t){y} * image->row_stride;");
         }
         let _ = writeln!(out, "    size_t at = (size_t)left * step;");
         let starts = |column| spans.iter().flatten().any(|(first, _)| *first == column);

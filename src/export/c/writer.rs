@@ -1,5 +1,7 @@
-//! The machine that writes C: each operation of a formula becomes one statement, and only those that are needed are
-//! printed.
+//! The machine that writes C: each operation of a formula becomes one statement, equal ones one only, and those
+//! that nothing needs are not printed.
+
+use std::collections::HashMap;
 
 use vsonar_ir::formula::image::PixelMachine;
 use vsonar_ir::machine::Machine;
@@ -7,10 +9,10 @@ use vsonar_ir::machine::Machine;
 use super::literal;
 
 /// A value: a name that stands for it, or the statement that computes it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Id(u32);
 
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 enum Node {
     /// A name or literal.
     Text(String),
@@ -23,6 +25,7 @@ enum Node {
 pub(super) struct Writer<'p> {
     prefix: &'p str,
     nodes: Vec<Node>,
+    known: HashMap<Node, Id>,
 }
 
 /// Types of the three kinds of values, and of pixels.
@@ -34,12 +37,15 @@ const PIXEL: &str = "int32_t";
 impl<'p> Writer<'p> {
     /// A writer that calls the helpers of this prefix.
     pub(super) fn new(prefix: &'p str) -> Writer<'p> {
-        Writer { prefix, nodes: Vec::new() }
+        Writer { prefix, nodes: Vec::new(), known: HashMap::new() }
     }
 
+    /// The value of a node: the one that is there already, if there is one like it.
     fn push(&mut self, node: Node) -> Id {
-        self.nodes.push(node);
-        Id(self.nodes.len() as u32 - 1)
+        *self.known.entry(node).or_insert_with_key(|node| {
+            self.nodes.push(node.clone());
+            Id(self.nodes.len() as u32 - 1)
+        })
     }
 
     /// A value that a name or a literal stands for.

@@ -1,21 +1,24 @@
 //! The function that computes the window averages of one lane and tile.
 
-use cranelift_codegen::ir::types::{F32, F32X4, I8, I16X8, I32, I32X4, I64};
+use cranelift_codegen::ir::condcodes::IntCC;
+use cranelift_codegen::ir::types::{F32, F32X4, I16X8, I32, I32X4, I64};
 use cranelift_codegen::ir::{AbiParam, Block, Function, InstBuilder, Signature, Value};
 use cranelift_codegen::isa::TargetIsa;
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use vsonar_ir::Operator;
 use vsonar_ir::formula::image::{self as formula, Neighbourhood, PixelMachine};
 
+use super::copy::{self, Image};
 use super::pixels::{Lane, PLAIN, PixelEmitter, Pixels};
 use super::plan::{CHUNK, Plan, PlannedOperand, SumKind};
 
-/// The signature of a fill: luma, row stride, pixel stride, scratch memory, where the averages go; then as 32-bit
-/// integers the centre column and the tile's first window row, which may lie outside the image.
+/// The signature of a fill: luma, pixel stride, the offsets of the tile's rows from luma, beginning with the row above
+/// its first window ([`Plan::copied_rows`]), scratch memory, where the averages go; then as a 32-bit integer the centre
+/// column.
 pub(super) fn signature(isa: &dyn TargetIsa) -> Signature {
     let mut signature = Signature::new(isa.default_call_conv());
     signature.params.extend([AbiParam::new(isa.pointer_type()); 5]);
-    signature.params.extend([AbiParam::new(I32).sext(); 2]);
+    signature.params.push(AbiParam::new(I32).sext());
     signature
 }
 
@@ -33,11 +36,11 @@ pub(super) fn function(
     b.append_block_params_for_function_params(entry);
     b.switch_to_block(entry);
     let params: Vec<Value> = b.block_params(entry).to_vec();
-    let &[luma, row_stride, pixel_stride, scratch, out, x, top] = params.as_slice() else {
-        unreachable!("the signature has seven parameters")
+    let &[luma, pixel_stride, rows, scratch, out, x] = params.as_slice() else {
+        unreachable!("the signature has six parameters")
     };
+    copy::copy(&mut b, plan, vectors, &Image { luma, pixel_stride, rows, x }, scratch);
     let mut fill = Fill { plan, b: &mut b, vectors, scratch, out };
-    fill.copy(&Image { luma, row_stride, pixel_stride, x, top });
     fill.row_sums();
     fill.averages();
     b.ins().return_(&[]);
@@ -52,27 +55,28 @@ pub(super) fn repeat(
     step: i64,
     body: impl FnOnce(&mut FunctionBuilder<'_>, Value),
 ) {
-    let pointer = I64;
-    let start = b.ins().iconst(pointer, 0);
+    let start = b.ins().iconst(I64, 0);
+    repeat_from(b, start, end, step, body);
+}
+
+/// The same from `start`, which is below `end`.
+pub(super) fn repeat_from(
+    b: &mut FunctionBuilder<'_>,
+    start: Value,
+    end: i64,
+    step: i64,
+    body: impl FnOnce(&mut FunctionBuilder<'_>, Value),
+) {
     let (block, done): (Block, Block) = (b.create_block(), b.create_block());
-    let i = b.append_block_param(block, pointer);
+    let i = b.append_block_param(block, I64);
     b.ins().jump(block, &[start.into()]);
     b.switch_to_block(block);
     body(b, i);
     let next = b.ins().iadd_imm_s(i, step);
-    let end = b.ins().iconst(pointer, end);
-    let more = b.ins().icmp(cranelift_codegen::ir::condcodes::IntCC::UnsignedLessThan, next, end);
+    let end = b.ins().iconst(I64, end);
+    let more = b.ins().icmp(IntCC::UnsignedLessThan, next, end);
     b.ins().brif(more, block, &[next.into()], done, &[]);
     b.switch_to_block(done);
-}
-
-/// The frame and the place in it.
-struct Image {
-    luma: Value,
-    row_stride: Value,
-    pixel_stride: Value,
-    x: Value,
-    top: Value,
 }
 
 struct Fill<'p, 'b, 'f> {
@@ -84,46 +88,6 @@ struct Fill<'p, 'b, 'f> {
 }
 
 impl Fill<'_, '_, '_> {
-    /// Copies the pixels into byte columns, the border replicated.
-    fn copy(&mut self, image: &Image) {
-        let plan = self.plan;
-        let b = &mut *self.b;
-        let columns = (plan.rect.width() + plan.beside[0] + plan.beside[1]) as i64;
-        let first = b.ins().iadd_imm_s(image.x, -i64::from(plan.rect.left() + plan.beside[0]));
-        let (lowest, highest) = (b.ins().iconst(I32, 0), b.ins().iconst(I32, i64::from(plan.width) - 1));
-        let offsets: Vec<Value> = (0..columns)
-            .map(|i| {
-                let mut column = b.ins().iadd_imm_s(first, i);
-                // The window lies inside the image; only what is beside it may not.
-                if i == 0 && plan.beside[0] == 1 {
-                    column = larger(b, column, lowest);
-                }
-                if i == columns - 1 && plan.beside[1] == 1 {
-                    column = smaller(b, column, highest);
-                }
-                let column = b.ins().sextend(I64, column);
-                let offset = b.ins().imul(column, image.pixel_stride);
-                b.ins().iadd(image.luma, offset)
-            })
-            .collect();
-        let above = b.ins().iadd_imm_s(image.top, -1);
-        let above = b.ins().sextend(I64, above);
-        let (lowest, highest) = (b.ins().iconst(I64, 0), b.ins().iconst(I64, i64::from(plan.height) - 1));
-        let scratch = self.scratch;
-        repeat(b, i64::from(plan.rows) + 2, 1, |b, i| {
-            let row = b.ins().iadd(above, i);
-            let row = larger(b, row, lowest);
-            let row = smaller(b, row, highest);
-            let row = b.ins().imul(row, image.row_stride);
-            let to = b.ins().iadd(scratch, i);
-            for (c, &offset) in offsets.iter().enumerate() {
-                let from = b.ins().iadd(offset, row);
-                let pixel = b.ins().load(I8, PLAIN, from, 0);
-                b.ins().store(PLAIN, pixel, to, c as i32 * plan.column_bytes);
-            }
-        });
-    }
-
     /// Computes the operators of all rows of the tile, and sums them over the width of the window.
     fn row_sums(&mut self) {
         let (plan, scratch, vectors) = (self.plan, self.scratch, self.vectors);
@@ -188,18 +152,6 @@ impl Fill<'_, '_, '_> {
             }
         });
     }
-}
-
-/// The larger of two signed integers. (Some machines have no instruction for it.)
-fn larger(b: &mut FunctionBuilder<'_>, x: Value, y: Value) -> Value {
-    let greater = b.ins().icmp(cranelift_codegen::ir::condcodes::IntCC::SignedGreaterThan, x, y);
-    b.ins().select(greater, x, y)
-}
-
-/// The smaller of two signed integers.
-fn smaller(b: &mut FunctionBuilder<'_>, x: Value, y: Value) -> Value {
-    let less = b.ins().icmp(cranelift_codegen::ir::condcodes::IntCC::SignedLessThan, x, y);
-    b.ins().select(less, x, y)
 }
 
 /// The neighbourhood of window column `c`, of which only what the operator looks at is loaded.

@@ -9,6 +9,7 @@
 //! Both loops' bodies come from the emitter of [`crate::exec::cranelift`], the image operators and trigonometry from
 //! the formulas of [`vsonar_ir`]. Nothing outside is called: that is checked on every relocation.
 
+mod copy;
 mod fill;
 mod jit;
 mod module;

@@ -65,6 +65,8 @@ impl Pixels {
 pub(super) struct Truth {
     parts: [ir::Value; 4],
     lane: Lane,
+    /// Whether the lanes say the opposite.
+    inverted: bool,
 }
 
 /// Writes the operators' instructions into a function.
@@ -152,7 +154,7 @@ impl<'b, 'f> PixelEmitter<'b, 'f> {
             parts[2 * i + 1] = self.b.ins().swiden_high(t.parts[i]);
         }
         let wider = if t.lane == Lane::Byte { Lane::Half } else { Lane::Word };
-        self.widen_truth(Truth { parts, lane: wider }, lane)
+        self.widen_truth(Truth { parts, lane: wider, ..t }, lane)
     }
 
     /// An operation on values in lanes wide enough for its result.
@@ -272,18 +274,19 @@ impl PixelMachine for PixelEmitter<'_, '_> {
     fn lt(&mut self, a: Pixels, b: Pixels) -> Truth {
         if !self.vectors {
             let value = self.b.ins().icmp(IntCC::SignedLessThan, a.parts[0], b.parts[0]);
-            return Truth { parts: [value; 4], lane: Lane::Byte };
+            return Truth { parts: [value; 4], lane: Lane::Byte, inverted: false };
         }
         let (low, high) = (a.low.min(b.low), a.high.max(b.high));
         let lane = Lane::of(low, high).max(a.lane).max(b.lane);
         let (a, b) = (self.widen(a, lane), self.widen(b, lane));
         let unsigned = lane == Lane::Byte || lane == Lane::Half && high > 0x7fff;
-        let condition = if unsigned { IntCC::UnsignedLessThan } else { IntCC::SignedLessThan };
+        // Of unsigned comparisons this one takes x86 the fewest instructions.
+        let condition = if unsigned { IntCC::UnsignedGreaterThanOrEqual } else { IntCC::SignedLessThan };
         let mut parts = a.parts;
         for (part, (&x, &y)) in parts.iter_mut().zip(a.parts().iter().zip(b.parts())) {
             *part = self.b.ins().icmp(condition, x, y);
         }
-        Truth { parts, lane }
+        Truth { parts, lane, inverted: unsigned }
     }
 
     fn select(&mut self, mask: Truth, a: Pixels, b: Pixels) -> Pixels {
@@ -293,6 +296,7 @@ impl PixelMachine for PixelEmitter<'_, '_> {
             return self.pixels([value; 4], low, high);
         }
         let lane = Lane::of(low, high).max(a.lane).max(b.lane).max(mask.lane);
+        let (a, b) = if mask.inverted { (b, a) } else { (a, b) };
         let (a, b, mask) = (self.widen(a, lane), self.widen(b, lane), self.widen_truth(mask, lane));
         let mut parts = a.parts;
         for (i, part) in parts.iter_mut().enumerate().take(lane.parts()) {

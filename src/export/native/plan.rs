@@ -91,6 +91,21 @@ impl Plan {
         Some(Plan { rect, width, height, positions, rows, operands, beside, column_bytes, fill_bytes: end })
     }
 
+    /// Columns of pixels that a fill copies.
+    pub(super) const fn columns(&self) -> u32 {
+        self.rect.width() + self.beside[0] + self.beside[1]
+    }
+
+    /// Rows of pixels that a fill copies: the row above the tile's first, its rows, and the one below.
+    pub(super) fn copied_rows(&self) -> i64 {
+        i64::from(self.rows) + 2
+    }
+
+    /// Bytes of the offsets of those rows.
+    pub(super) const fn offset_bytes(&self) -> i32 {
+        8 * (self.rows as i32 + 2)
+    }
+
     /// Whether one fill serves both: the loops differ in nothing that a fill knows of.
     pub(super) fn fills_like(&self, other: &Plan) -> bool {
         let operands = |plan: &Plan| plan.operands.iter().map(|p| p.operand).collect::<Vec<_>>();

@@ -5,6 +5,7 @@ use cranelift_codegen::ir::types::{I8X16, I32, I64};
 use cranelift_codegen::ir::{FuncRef, InstBuilder, MemFlagsData, StackSlot, Value};
 use vsonar_ir::{Direction, Loop, Operand, Span, Ty};
 
+use super::copy;
 use super::fill::repeat;
 use super::pixels::{PLAIN, interleave, shuffle};
 use super::plan::Plan;
@@ -25,6 +26,7 @@ pub(super) struct Frame {
 pub(super) struct Layout {
     lanes: i32,
     fill: i32,
+    offsets: i32,
     /// Bytes in all.
     pub(super) bytes: i32,
 }
@@ -36,7 +38,8 @@ impl Layout {
         // One lane's averages are rows already.
         let rows = if lanes == 1 { 0 } else { lanes * plan.lane_bytes() };
         let fill = rows + lanes * plan.lane_bytes();
-        Layout { lanes: rows, fill, bytes: fill + plan.fill_bytes }
+        let offsets = (fill + plan.fill_bytes + 7) & !7;
+        Layout { lanes: rows, fill, offsets, bytes: offsets + plan.offset_bytes() }
     }
 }
 
@@ -58,9 +61,12 @@ pub(super) struct TileSource<'p> {
     shape: Shape,
     /// Addresses of the averages of each lane.
     lanes: Vec<Value>,
-    /// Offset of the current row in the tile, and how many positions are left with it.
-    at: Option<Value>,
+    /// Positions left after the tile.
     left: Option<Value>,
+    /// Offset in the tile of the row after its last.
+    end: Option<Value>,
+    /// Offset in the tile of the current row.
+    at: Option<Value>,
 }
 
 impl<'p> TileSource<'p> {
@@ -88,8 +94,9 @@ impl<'p> TileSource<'p> {
             total: i64::from(l.rect().positions(height)),
             shape,
             lanes: Vec::new(),
-            at: None,
             left: None,
+            end: None,
+            at: None,
         }
     }
 
@@ -98,12 +105,11 @@ impl<'p> TileSource<'p> {
         4 * self.shape.lanes() as i64
     }
 
-    /// The offsets of the first row of a tile, of the row after its last, and the step between rows.
-    fn walk(&self, plan: &Plan) -> (i64, i64, i64) {
-        let (row, positions) = (self.row_bytes(), i64::from(plan.positions));
+    /// The step from row to row of a tile, in bytes.
+    const fn step(&self) -> i64 {
         match self.direction {
-            Direction::Up => ((positions - 1) * row, -row, -row),
-            Direction::Down => (0, positions * row, row),
+            Direction::Up => -self.row_bytes(),
+            Direction::Down => self.row_bytes(),
         }
     }
 
@@ -112,9 +118,13 @@ impl<'p> TileSource<'p> {
     }
 
     /// Computes the tile whose first position is `top`.
-    fn tile(&self, e: &mut Emitter<'_, '_>, plan: &Plan, top: Value) {
+    fn compute(&self, e: &mut Emitter<'_, '_>, plan: &Plan, top: Value) {
         let layout = Layout::new(plan, self.shape);
         let Some(fill) = self.fill else { unreachable!("what looks at windows has a fill") };
+        let Frame { luma, row_stride, pixel_stride } = self.frame;
+        let offsets = self.address(e, layout.offsets);
+        let above = e.b.ins().iadd_imm_s(top, -1);
+        copy::row_offsets(e.b, plan, row_stride, above, offsets);
         let block = e.b.create_block();
         let done = e.b.create_block();
         let lane = e.b.append_block_param(block, I64);
@@ -129,8 +139,7 @@ impl<'p> TileSource<'p> {
         let offset = e.b.ins().ishl_imm_u(lane, 2);
         let column = e.b.ins().iadd(column, offset);
         let x = e.b.ins().load(I32, PLAIN, column, 0);
-        let Frame { luma, row_stride, pixel_stride } = self.frame;
-        e.b.ins().call(fill, &[luma, row_stride, pixel_stride, scratch, out, x, top]);
+        e.b.ins().call(fill, &[luma, pixel_stride, offsets, scratch, out, x]);
         let next = e.b.ins().iadd_imm_s(lane, 1);
         let more = e.b.ins().icmp(IntCC::UnsignedLessThan, next, self.count);
         e.b.ins().brif(more, block, &[next.into()], done, &[]);
@@ -189,40 +198,43 @@ impl WindowSource for TileSource<'_> {
                 e.b.ins().iadd(base, bytes)
             })
             .collect();
-        // The first row finds a tile at its end.
-        let (_, end, _) = self.walk(plan);
-        vec![e.b.ins().iconst(I64, self.total), e.b.ins().iconst(I64, end)]
+        vec![e.b.ins().iconst(I64, self.total)]
     }
 
-    fn enter(&mut self, e: &mut Emitter<'_, '_>, carried: &[Value]) {
-        self.left = Some(carried[0]);
-        let Some(plan) = self.plan else { return };
-        let (first, end, _) = self.walk(plan);
+    fn tiled(&self) -> bool {
+        self.plan.is_some()
+    }
+
+    fn tile(&mut self, e: &mut Emitter<'_, '_>, carried: &[Value]) -> Vec<Value> {
+        let Some(plan) = self.plan else { unreachable!("what looks at no window has no tiles") };
         if self.last_only {
             let top = if self.direction == Direction::Up { 0 } else { self.total - 1 };
-            let top = e.b.ins().iconst(I32, top);
-            self.tile(e, plan, top);
-            self.at = Some(e.b.ins().iconst(I64, 0));
-            return;
+            let top = e.b.ins().iconst(I64, top);
+            self.compute(e, plan, top);
+            return vec![e.b.ins().iconst(I64, 0)];
         }
-        let (refill, on) = (e.b.create_block(), e.b.create_block());
-        let at = e.b.append_block_param(on, I64);
-        let ended = e.b.ins().icmp_imm_s(IntCC::Equal, carried[1], end);
-        e.b.ins().brif(ended, refill, &[], on, &[carried[1].into()]);
-        e.switch_to_block(refill);
+        let (left, positions) = (carried[0], i64::from(plan.positions));
         let top = match self.direction {
-            Direction::Up => e.b.ins().iadd_imm_s(carried[0], -i64::from(plan.positions)),
+            Direction::Up => e.b.ins().iadd_imm_s(left, -positions),
             Direction::Down => {
                 let total = e.b.ins().iconst(I64, self.total);
-                e.b.ins().isub(total, carried[0])
+                e.b.ins().isub(total, left)
             }
         };
-        let top = e.b.ins().ireduce(I32, top);
-        self.tile(e, plan, top);
-        let start = e.b.ins().iconst(I64, first);
-        e.b.ins().jump(on, &[start.into()]);
-        e.switch_to_block(on);
-        self.at = Some(at);
+        self.compute(e, plan, top);
+        let whole = e.b.ins().iconst(I64, positions);
+        let fewer = e.b.ins().icmp(IntCC::UnsignedLessThan, left, whole);
+        let rows = e.b.ins().select(fewer, left, whole);
+        self.left = Some(e.b.ins().isub(left, rows));
+        let first = if self.direction == Direction::Up { (positions - 1) * self.row_bytes() } else { 0 };
+        let first = e.b.ins().iconst(I64, first);
+        let bytes = e.b.ins().imul_imm_s(rows, self.step());
+        self.end = Some(e.b.ins().iadd(first, bytes));
+        vec![first]
+    }
+
+    fn enter(&mut self, carried: &[Value]) {
+        self.at = Some(carried[0]);
     }
 
     fn window(&mut self, e: &mut Emitter<'_, '_>, operand: Operand) -> Value {
@@ -237,14 +249,20 @@ impl WindowSource for TileSource<'_> {
     }
 
     fn advance(&mut self, e: &mut Emitter<'_, '_>) -> (Vec<Value>, Value) {
-        let Some(left) = self.left else { unreachable!("a row has been entered") };
-        let left = e.b.ins().iadd_imm_s(left, -1);
+        let Some(at) = self.at else { unreachable!("a row has been entered") };
+        // Without windows the positions themselves are counted.
+        let step = if self.plan.is_some() { self.step() } else { -1 };
+        let at = e.b.ins().iadd_imm_s(at, step);
+        let more = match self.end {
+            Some(end) => e.b.ins().icmp(IntCC::NotEqual, at, end),
+            None => e.b.ins().icmp_imm_s(IntCC::NotEqual, at, 0),
+        };
+        (vec![at], more)
+    }
+
+    fn next_tile(&mut self, e: &mut Emitter<'_, '_>) -> (Vec<Value>, Value) {
+        let Some(left) = self.left else { unreachable!("a tile has been computed") };
         let more = e.b.ins().icmp_imm_s(IntCC::NotEqual, left, 0);
-        let mut carried = vec![left];
-        if let (Some(plan), Some(at)) = (self.plan, self.at) {
-            let (_, _, step) = self.walk(plan);
-            carried.push(e.b.ins().iadd_imm_s(at, step));
-        }
-        (carried, more)
+        (vec![left], more)
     }
 }

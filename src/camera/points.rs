@@ -1,0 +1,167 @@
+//! The table of a calibration: points of the floor, where they are and where they are seen.
+//!
+//! ```
+//! use vsonar::camera::points;
+//!
+//! let table = "column,row,ahead,left\n# the yardstick, from the left\n40,200,0.5,0.3\n160,201.5,0.5,\n";
+//! let points = points::read(table, "points.csv")?;
+//! assert_eq!((points[0].line, points[0].left), (3, Some(0.3)));
+//! assert_eq!((points[1].row, points[1].left), (201.5, None));
+//! # Ok::<(), vsonar::camera::points::TableError>(())
+//! ```
+
+/// A point of the floor, and the pixel that shows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Its line in the table, for messages.
+    pub line: usize,
+    /// Column of the pixel from the left edge, from 0; whole numbers are centres of pixels, fractions are welcome.
+    pub column: f64,
+    /// Row of the pixel from the top edge, from 0.
+    pub row: f64,
+    /// Metres ahead of the point under the lens.
+    pub ahead: f64,
+    /// Metres to the left of the camera's middle line, negative to the right; `None` if not measured.
+    pub left: Option<f64>,
+}
+
+impl Point {
+    /// How many measurements it is: two if it is known on the floor in both directions, else one.
+    pub fn measurements(&self) -> usize {
+        if self.left.is_some() { 2 } else { 1 }
+    }
+}
+
+/// A table that cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{file}:{line}: {problem}")]
+pub struct TableError {
+    /// Where the text comes from.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// What is wrong there, and the remedy.
+    pub problem: String,
+}
+
+/// Metres that no floor in sight exceeds.
+const FARTHEST: f64 = 10_000.0;
+const NAMES: [&str; 4] = ["column", "row", "ahead", "left"];
+
+/// The points of a table: values between commas under the header `column,row,ahead,left`, in any order. The column
+/// `left`, or any value in it, may be missing. Blank lines, and lines that begin with `#`, are passed over; `file`
+/// names the table in errors.
+///
+/// # Errors
+/// The first line that is not as above, or has a value that is not a number, not finite, or beyond 10 km.
+pub fn read(text: &str, file: &str) -> Result<Vec<Point>, TableError> {
+    let fault = |line: usize, problem: String| TableError { file: file.to_string(), line, problem };
+    // A byte order mark is what some spreadsheets begin with.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut lines = text
+        .lines()
+        .enumerate()
+        .map(|(i, line)| (i + 1, line.trim()))
+        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    let Some((at, header)) = lines.next() else {
+        return Err(fault(1, "the table is empty; begin it with the header `column,row,ahead,left`".into()));
+    };
+    let names: Vec<&str> = header.split(',').map(str::trim).collect();
+    let mut places = [None; 4];
+    for (i, name) in names.iter().enumerate() {
+        let known = NAMES.iter().position(|n| n == name);
+        let place = known.and_then(|known| places.get_mut(known)).filter(|place| place.is_none());
+        let Some(place) = place else {
+            let problem = format!(
+                "`{}` has no place in the header, which names each of `column,row,ahead,left` once",
+                name.escape_debug()
+            );
+            return Err(fault(at, problem));
+        };
+        *place = Some(i);
+    }
+    let missing = NAMES.iter().zip(places).take(3).find(|(_, place)| place.is_none());
+    if let Some((name, _)) = missing {
+        return Err(fault(at, format!("the header lacks `{name}`; it is `column,row,ahead,left`")));
+    }
+
+    let mut points = Vec::new();
+    for (line, text) in lines {
+        let values: Vec<&str> = text.split(',').map(str::trim).collect();
+        // A value that is not known may be left out at the end.
+        let without_left = places[3] == Some(names.len() - 1) && values.len() + 1 == names.len();
+        if values.len() != names.len() && !without_left {
+            let problem = format!(
+                "{} values where the header has {}; put commas between them, and write fractions with a point",
+                values.len(),
+                names.len()
+            );
+            return Err(fault(line, problem));
+        }
+        let number = |which: usize| -> Result<Option<f64>, TableError> {
+            let value = places[which].and_then(|place| values.get(place)).copied().unwrap_or("");
+            if value.is_empty() {
+                return Ok(None);
+            }
+            let number = value.parse::<f64>().ok().filter(|number| number.abs() <= FARTHEST.max(65_536.0));
+            let number = number.filter(|number| which < 2 || number.abs() <= FARTHEST);
+            number.map(Some).ok_or_else(|| {
+                let unit = if which < 2 { "pixels" } else { "metres, at most 10,000" };
+                let value = value.escape_debug();
+                fault(line, format!("`{}` is `{value}`, not a number of {unit}", NAMES[which]))
+            })
+        };
+        let needed = |which: usize| {
+            number(which)?
+                .ok_or_else(|| fault(line, format!("`{}` is missing; only `left` may be", NAMES[which])))
+        };
+        let [column, row, ahead] = [needed(0)?, needed(1)?, needed(2)?];
+        points.push(Point { line, column, row, ahead, left: number(3)? });
+    }
+    if points.is_empty() {
+        return Err(fault(at, "the table has a header and no points; give at least one".into()));
+    }
+    Ok(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_are_read() {
+        let points =
+            read("\u{feff} left , ahead,row,column\r\n\r\n0.1,2,3,4\r\n,1e0,-0.5,7\r\n", "t").expect("sound");
+        let first = Point { line: 3, column: 4.0, row: 3.0, ahead: 2.0, left: Some(0.1) };
+        assert_eq!(points, [first, Point { line: 4, column: 7.0, row: -0.5, ahead: 1.0, left: None }]);
+        assert_eq!([points[0].measurements(), points[1].measurements()], [2, 1]);
+        assert_eq!(read("column,row,ahead\n1,2,3", "t").expect("sound")[0].left, None);
+        assert_eq!(read("column,row,ahead,left\n1,2,3", "t").expect("sound")[0].left, None);
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        for (text, line, said) in [
+            ("", 1, "empty"),
+            ("# nothing\n\n", 1, "empty"),
+            ("\ncolumn,row\n1,2\n", 2, "lacks `ahead`"),
+            ("column,row,ahead,left,colour\n", 1, "`colour` has no place"),
+            ("column,row,ahead,row\n", 1, "`row` has no place"),
+            ("column;row;ahead\n", 1, "column,row,ahead,left"),
+            ("column,row,ahead,left\n", 1, "no points"),
+            ("column,row,ahead,left\n1,2,3,4\n\n1,2\n", 4, "2 values where the header has 4"),
+            ("column,row,ahead,left\n1,2,3,4,5\n", 2, "5 values"),
+            ("column,row,ahead,left\n1,two,3,4\n", 2, "`row` is `two`, not a number"),
+            ("column,row,ahead,left\n1,,3,4\n", 2, "`row` is missing"),
+            ("column,row,ahead,left\n1,2,nan,4\n", 2, "`ahead` is `nan`"),
+            ("column,row,ahead,left\n1,2,3,inf\n", 2, "`left` is `inf`"),
+            ("column,row,ahead,left\n1,2,12000,0\n", 2, "metres"),
+            ("column,row,ahead,left\n1,2,\u{1b}[2J,0\n", 2, "\\u{1b}"),
+        ] {
+            let error = read(text, "t.csv").expect_err("unsound");
+            assert_eq!(error.line, line, "{text}: {error}");
+            assert!(error.to_string().starts_with(&format!("t.csv:{line}: ")), "{error}");
+            assert!(error.to_string().contains(said), "{text}: {error}");
+        }
+    }
+}
