@@ -21,40 +21,33 @@ static float bearing(int32_t column, int32_t row)
 void laser_scan_init(LaserScan *scan, const int32_t columns[LASER_SCAN_COLUMNS], const char *frame_id, float range_max,
     float scan_time)
 {
-    float least = INFINITY, greatest = -INFINITY;
+    float least = INFINITY, greatest = -INFINITY, top_least = INFINITY, top_greatest = -INFINITY;
     for (int i = 0; i < LASER_SCAN_COLUMNS; i++) {
         /* Bearings go from that of the top row to that of the bottom row as the obstacle comes nearer. */
-        float ends[2] = {bearing(columns[i], 0), bearing(columns[i], DETECTOR_HEIGHT - 1)};
-        for (int end = 0; end < 2; end++) {
-            if (ends[end] < least)
-                least = ends[end];
-            if (ends[end] > greatest)
-                greatest = ends[end];
-        }
+        const float top = bearing(columns[i], 0), bottom = bearing(columns[i], DETECTOR_HEIGHT - 1);
+        top_least = fminf(top_least, top);
+        top_greatest = fmaxf(top_greatest, top);
+        least = fminf(least, fminf(top, bottom));
+        greatest = fmaxf(greatest, fmaxf(top, bottom));
     }
+    /* As close as the columns are on average in the top row. */
+    const float apart = (top_greatest - top_least) / (LASER_SCAN_COLUMNS - 1);
+    float steps = ceilf((greatest - least) / apart);
+    steps = fminf(fmaxf(steps, LASER_SCAN_COLUMNS - 1), LASER_SCAN_MOST_ANGLES - 1);
+
     scan->header.stamp.sec = 0;
     scan->header.stamp.nanosec = 0;
     scan->header.frame_id = frame_id;
     scan->angle_min = least;
     scan->angle_max = greatest;
-    scan->angle_increment = (greatest - least) / (LASER_SCAN_COLUMNS - 1);
+    scan->angle_increment = (greatest - least) / steps;
     scan->time_increment = 0.0f;
     scan->scan_time = scan_time;
     scan->range_min = 0.0f;
     scan->range_max = range_max;
-    for (int i = 0; i < LASER_SCAN_COLUMNS; i++)
+    scan->angles = (int)steps + 1;
+    for (int i = 0; i < scan->angles; i++)
         scan->ranges[i] = NAN;
-}
-
-/* The lesser of two distances; a NaN, of which nothing is known, gives way to a number. */
-static float lesser(float a, float b)
-{
-    return a < b || isnan(b) ? a : b;
-}
-
-static float greater(float a, float b)
-{
-    return a > b ? a : b;
 }
 
 void laser_scan_fill(LaserScan *scan, const detector_range found[LASER_SCAN_COLUMNS])
@@ -72,24 +65,24 @@ void laser_scan_fill(LaserScan *scan, const detector_range found[LASER_SCAN_COLU
     }
     /* How far beyond the outermost bearings something is still known: half the gap to the next. */
     const float first = sorted[0]->bearing, last = sorted[n - 1]->bearing;
-    const float right = greater(half, (sorted[1]->bearing - first) / 2.0f);
-    const float left = greater(half, (last - sorted[n - 2]->bearing) / 2.0f);
+    const float right = fmaxf(half, (sorted[1]->bearing - first) / 2.0f);
+    const float left = fmaxf(half, (last - sorted[n - 2]->bearing) / 2.0f);
 
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < scan->angles; i++) {
         /* An angle takes the least distance of all columns within half an increment of it, and of the one next to it,
-         * so that no obstacle is lost to a column beside it that sees none. */
+         * so that no obstacle is lost to a column beside it that sees none. `fminf` passes over a NaN. */
         const float angle = scan->angle_min + (float)i * scan->angle_increment;
         const detector_range *next = sorted[0];
         float least = NAN;
         for (int j = 0; j < n; j++) {
             const float off = fabsf(sorted[j]->bearing - angle);
             if (off <= half)
-                least = lesser(least, sorted[j]->distance);
+                least = fminf(least, sorted[j]->distance);
             if (off < fabsf(next->bearing - angle))
                 next = sorted[j];
         }
         if (first - angle <= right && angle - last <= left)
-            least = lesser(least, next->distance);
+            least = fminf(least, next->distance);
         scan->ranges[i] = least > scan->range_max ? INFINITY : least;
     }
 }

@@ -4,8 +4,8 @@
  * in radians, positive to the left; distances in metres along the floor, from the point below the lens.
  *
  * A scan has evenly spaced angles that stay the same from frame to frame. The bearing of a column is neither: a camera
- * that looks down sees what is near under a wider angle. So there are as many angles as columns, evenly spaced over all
- * bearings that these can have, and each angle takes what the columns around it say. The rules are those of vsonar's
+ * that looks down sees what is near under a wider angle. So the angles go over all bearings that the columns can have, as
+ * close as the columns are far away, and each angle takes what the columns around it say. The rules are those of vsonar's
  * own `camera::scan`. */
 #ifndef LASER_SCAN_H
 #define LASER_SCAN_H
@@ -20,7 +20,8 @@
 extern "C" {
 #endif
 
-#define LASER_SCAN_COLUMNS 12 /* of the image, and angles of the scan; at least 2 */
+#define LASER_SCAN_COLUMNS 12       /* of the image; at least 2 */
+#define LASER_SCAN_MOST_ANGLES 4097 /* far more than a real camera leads to */
 
 typedef struct LaserScan {
     struct {
@@ -39,7 +40,8 @@ typedef struct LaserScan {
     float range_max;       /* what is farther is not given */
     /* From right to left, after REP 117: infinite where nothing is in view up to range_max, NaN where nothing is known.
      * A camera measures no intensities. */
-    float ranges[LASER_SCAN_COLUMNS];
+    float ranges[LASER_SCAN_MOST_ANGLES];
+    int angles; /* so many of the ranges are used */
 } LaserScan;
 
 /* Sets all but the ranges and the stamp: the angles follow from the columns and the camera that the detector was

@@ -36,7 +36,7 @@ static void print_scan(const LaserScan *scan)
     print_number("range_min:", scan->range_min);
     print_number("range_max:", scan->range_max);
     printf("ranges:\n");
-    for (int i = 0; i < LASER_SCAN_COLUMNS; i++)
+    for (int i = 0; i < scan->angles; i++)
         print_number("-", scan->ranges[i]);
     printf("intensities: []\n---\n");
 }
@@ -49,7 +49,7 @@ int main(int argc, char **argv)
     detector_range found[LASER_SCAN_COLUMNS];
     /* What the median remembers, which may be nothing; C has no array of nothing. */
     float state[DETECTOR_STATE_FLOATS(LASER_SCAN_COLUMNS) + 1];
-    LaserScan scan;
+    static LaserScan scan;
 
     if (argc > 1) {
         char *end;

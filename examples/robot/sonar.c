@@ -5,8 +5,9 @@
  *   ffmpeg -i drive.mp4 -vf scale=320:240 -pix_fmt gray -f rawvideo - | ./sonar 12
  *
  * The frames are raw gray pixels or Y4M, of the detector's size. The argument is the number of columns, spread evenly
- * over the image. Numbers that are infinite or invalid are null in JSON, which has neither; the status says which:
- * "obstacle", "none" (in view) or "invalid" (nothing is known). An export without a camera gives rows only.
+ * over the image. A line has an array for each thing known, a number for each column, as `vsonar run` prints them.
+ * Numbers that are infinite or invalid are null, for JSON has neither; the status says which: "obstacle", "none-in-view" or
+ * "invalid". An export without a camera gives rows only.
  */
 #include <math.h>
 
@@ -20,41 +21,55 @@
 /* A frame and what is known of its columns. The detector itself keeps nothing. */
 static uint8_t pixels[FRAME_PIXELS];
 static int32_t columns[DETECTOR_WIDTH];
+static float numbers[DETECTOR_WIDTH]; /* one of each column */
 #if DETECTOR_HAS_RANGES
 static detector_range ranges[DETECTOR_WIDTH];
 /* What the median remembers, which may be nothing; C has no array of nothing. */
 static float state[DETECTOR_STATE_FLOATS(DETECTOR_WIDTH) + 1];
-#else
-static float rows[DETECTOR_WIDTH];
 #endif
 
-/* Prints a number under a name. Nine digits give a binary32 number back exactly. */
-static void print_number(const char *name, float number)
+/* Prints the numbers under a name. Nine digits give a float back exactly. */
+static void print_numbers(const char *name, size_t n)
 {
-    if (isfinite(number))
-        printf(", \"%s\": %.9g", name, number);
-    else
-        printf(", \"%s\": null", name);
+    printf(", \"%s\": [", name);
+    for (size_t i = 0; i < n; i++) {
+        if (isfinite(numbers[i]))
+            printf("%s%.9g", i ? ", " : "", numbers[i]);
+        else
+            printf("%snull", i ? ", " : "");
+    }
+    printf("]");
 }
 
-static void print_column(size_t i)
+/* The same for one field of all ranges. */
+#define PRINT_FIELD(name, field)             \
+    do {                                     \
+        for (size_t i = 0; i < n; i++)       \
+            numbers[i] = ranges[i].field;    \
+        print_numbers(name, n);              \
+    } while (0)
+
+static void print_frame(unsigned long frame, size_t n)
 {
-    printf("{\"column\": %d", (int)columns[i]);
+    printf("{\"frame\": %lu, \"columns\": [", frame);
+    for (size_t i = 0; i < n; i++)
+        printf("%s%d", i ? ", " : "", (int)columns[i]);
+    printf("]");
 #if DETECTOR_HAS_RANGES
-    const detector_range *range = &ranges[i];
-    const char *status = range->status == DETECTOR_OBSTACLE       ? "obstacle"
-                         : range->status == DETECTOR_NONE_IN_VIEW ? "none"
-                                                                  : "invalid";
-    print_number("row", range->row);
-    print_number("bearing", range->bearing);
-    print_number("distance", range->distance);
-    print_number("nearest", range->nearest);
-    print_number("farthest", range->farthest);
-    printf(", \"status\": \"%s\"}", status);
+    static const char *const status[] = {"obstacle", "none-in-view", "invalid"}; /* by DETECTOR_OBSTACLE and so on */
+    PRINT_FIELD("rows", row);
+    PRINT_FIELD("bearing", bearing);
+    PRINT_FIELD("distance", distance);
+    PRINT_FIELD("nearest", nearest);
+    PRINT_FIELD("farthest", farthest);
+    printf(", \"status\": [");
+    for (size_t i = 0; i < n; i++)
+        printf("%s\"%s\"", i ? ", " : "", status[ranges[i].status]);
+    printf("]");
 #else
-    print_number("row", rows[i]);
-    printf("}");
+    print_numbers("rows", n);
 #endif
+    printf("}\n");
 }
 
 /* Looks at n columns of the frame. Its pixels lie row by row without gaps; a camera's buffer may have other strides. */
@@ -63,7 +78,7 @@ static int look(size_t n)
 #if DETECTOR_HAS_RANGES
     return detector_ranges(pixels, DETECTOR_WIDTH, 1, columns, n, state, ranges);
 #else
-    return detector_detect(pixels, DETECTOR_WIDTH, 1, columns, n, rows);
+    return detector_detect(pixels, DETECTOR_WIDTH, 1, columns, n, numbers);
 #endif
 }
 
@@ -97,12 +112,7 @@ int main(int argc, char **argv)
             fprintf(stderr, "error: the detector refuses: %d, see detector.h\n", error);
             return 1;
         }
-        printf("{\"frame\": %lu, \"columns\": [", in.number - 1);
-        for (size_t i = 0; i < (size_t)n; i++) {
-            printf("%s", i ? ", " : "");
-            print_column(i);
-        }
-        printf("]}\n");
+        print_frame(in.number - 1, (size_t)n);
         /* Whoever listens wants this frame now, not when a buffer is full. */
         if (fflush(stdout)) {
             fprintf(stderr, "error: cannot write to standard output: %s\n", strerror(errno));

@@ -16,6 +16,9 @@ except ImportError:  # The detector takes plain bytes as well.
     numpy = None
 
 
+STATUS = ("obstacle", "none-in-view", "invalid")  # by detector.OBSTACLE and so on
+
+
 def fail(message, code=1):
     print("error: " + message, file=sys.stderr)
     sys.exit(code)
@@ -75,9 +78,9 @@ def frames(stream, width, height):
         number += 1
 
 
-def number(value):
-    """A number in JSON, which has neither infinity nor NaN. Nine digits give a binary32 number back exactly."""
-    return "%.9g" % value if math.isfinite(value) else "null"
+def array(name, values):
+    """Numbers in JSON, which has neither infinity nor NaN. Nine digits give a binary32 number back exactly."""
+    return ', "%s": [%s]' % (name, ", ".join("%.9g" % v if math.isfinite(v) else "null" for v in values))
 
 
 def main():
@@ -104,16 +107,16 @@ def main():
     for pixels in frames(sys.stdin.buffer, width, height):
         # An array of NumPy is taken as it is, also as a view into a larger one; so are plain bytes.
         image = numpy.frombuffer(pixels, numpy.uint8).reshape(height, width) if numpy else pixels
-        found = []
+        line = '{"frame": %d, "columns": [%s]' % (seen, ", ".join(map(str, columns)))
         if detector.HAS_RANGES:
-            names = {detector.OBSTACLE: "obstacle", detector.NONE_IN_VIEW: "none", detector.INVALID: "invalid"}
-            for column, range_ in zip(columns, sonar.ranges(image, columns, state)):
-                numbers = ", ".join('"%s": %s' % (name, number(getattr(range_, name))) for name in range_._fields[:5])
-                found.append('{"column": %d, %s, "status": "%s"}' % (column, numbers, names[range_.status]))
+            ranges = sonar.ranges(image, columns, state)
+            line += array("rows", [r.row for r in ranges])
+            for name in ("bearing", "distance", "nearest", "farthest"):
+                line += array(name, [getattr(r, name) for r in ranges])
+            line += ', "status": [%s]' % ", ".join('"%s"' % STATUS[r.status] for r in ranges)
         else:
-            for column, row in zip(columns, sonar.detect(image, columns)):
-                found.append('{"column": %d, "row": %s}' % (column, number(row)))
-        print('{"frame": %d, "columns": [%s]}' % (seen, ", ".join(found)), flush=True)
+            line += array("rows", sonar.detect(image, columns))
+        print(line + "}", flush=True)
         seen += 1
     if seen == 0:
         fail("there is no frame on standard input")

@@ -123,27 +123,32 @@ impl Export {
             let found: serde_json::Value =
                 serde_json::from_str(line).unwrap_or_else(|e| panic!("{about}: {e}: {line}"));
             assert_eq!(found["frame"], i, "{about}");
-            let found = found["columns"].as_array().expect("an array");
-            assert_eq!(found.len(), columns.len(), "{about}");
-            for ((found, expected), &column) in found.iter().zip(expected).zip(&columns) {
-                let about = format!("{about}, column {column}: {found}");
-                assert_eq!(found["column"], column, "{about}");
-                number(&found["row"], expected.row, &about);
-                if self.ground.is_none() {
-                    assert_eq!(found.as_object().expect("an object").len(), 2, "{about}");
-                    continue;
+            let array = |name: &str| -> Vec<&serde_json::Value> {
+                let found = found[name].as_array().unwrap_or_else(|| panic!("{about}: no {name} in {line}"));
+                assert_eq!(found.len(), columns.len(), "{about}: {name}");
+                found.iter().collect()
+            };
+            let numbers = |name: &str, of: fn(&Range) -> f32| {
+                for ((found, expected), column) in array(name).into_iter().zip(&expected).zip(&columns) {
+                    number(found, of(expected), &format!("{about}, {name} of column {column}"));
                 }
-                number(&found["bearing"], expected.bearing, &about);
-                number(&found["distance"], expected.distance, &about);
-                number(&found["nearest"], expected.nearest, &about);
-                number(&found["farthest"], expected.farthest, &about);
-                let status = match expected.status {
-                    Status::Obstacle => "obstacle",
-                    Status::NoneInView => "none",
-                    Status::Invalid => "invalid",
-                };
-                assert_eq!(found["status"], status, "{about}");
+            };
+            assert_eq!(array("columns"), columns, "{about}");
+            numbers("rows", |range| range.row);
+            if self.ground.is_none() {
+                assert_eq!(found.as_object().expect("an object").len(), 3, "{about}: {line}");
+                continue;
             }
+            numbers("bearing", |range| range.bearing);
+            numbers("distance", |range| range.distance);
+            numbers("nearest", |range| range.nearest);
+            numbers("farthest", |range| range.farthest);
+            let word = |range: &Range| match range.status {
+                Status::Obstacle => "obstacle",
+                Status::NoneInView => "none-in-view",
+                Status::Invalid => "invalid",
+            };
+            assert_eq!(array("status"), expected.iter().map(word).collect::<Vec<_>>(), "{about}");
         }
     }
 }
