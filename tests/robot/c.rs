@@ -46,6 +46,40 @@ fn every_compiler_gives_the_librarys_bits() {
     }
 }
 
+#[test]
+fn the_robot_says_what_vsonar_run_says() {
+    if !has("cc", "gcc") {
+        return;
+    }
+    let folder = folder("run");
+    let input = file(&folder, "input", &raw(&FRAMES));
+    for export in Export::all(&folder) {
+        let program = build("cc", &export, "libdetector.a", "sonar");
+        let on_robot = fed(Command::new(program).arg("9"), &input);
+        let mut run = Command::new(env!("CARGO_BIN_EXE_vsonar"));
+        run.arg("run").arg(&export.program).args(["--columns", "9", "--format", "raw", "--quiet"]);
+        run.args(["--size", "320x240"]).args(&export.options);
+        if export.ground.is_some() {
+            run.args(["--output", "ranges"]);
+        }
+        let here = fed(&mut run, &input);
+        // Numbers as binary32: they are printed with as many digits as it takes, which differ.
+        let parse = |line: &str| -> serde_json::Map<String, serde_json::Value> {
+            let mut line: serde_json::Map<_, _> = serde_json::from_str(line).expect("an object");
+            line.remove("time");
+            line.remove("latency_us");
+            for number in line.values_mut().filter_map(|value| value.as_array_mut()).flatten() {
+                if let Some(value) = number.as_f64() {
+                    *number = f64::from(value as f32).into();
+                }
+            }
+            line
+        };
+        let lines = |text: &str| text.lines().map(parse).collect::<Vec<_>>();
+        assert_eq!(lines(&on_robot), lines(&here), "{}", export.name);
+    }
+}
+
 /// Headers of Y4M and the bytes of colour after each frame.
 pub(crate) fn forms() -> Vec<(String, usize)> {
     let size = format!("W{WIDTH} H{HEIGHT}");

@@ -1,5 +1,6 @@
 //! Exports, frames for them, and what the library says of these.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
@@ -35,6 +36,10 @@ pub(crate) static FRAMES: LazyLock<Vec<GrayImage>> = LazyLock::new(|| {
 pub(crate) struct Export {
     pub(crate) name: String,
     pub(crate) folder: PathBuf,
+    /// The program's file.
+    pub(crate) program: PathBuf,
+    /// The camera and the median, as `vsonar export` and `vsonar run` take them.
+    pub(crate) options: Vec<OsString>,
     pub(crate) ground: Option<Ground>,
     median: bool,
     detector: CompiledDetector,
@@ -60,20 +65,22 @@ impl Export {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
         let name = format!("{program}-{kind}");
         let folder = below.join(&name);
-        let mut command = Command::new(env!("CARGO_BIN_EXE_vsonar"));
-        command.arg("export").arg(&path).arg("--out").arg(&folder).args(["--name", "detector", "--quiet"]);
+        let mut options: Vec<OsString> = Vec::new();
         if camera {
             let file = below.join("camera.toml");
             std::fs::write(&file, CAMERA.to_toml("")).expect("files can be written");
-            command.arg("--camera").arg(file);
+            options.extend(["--camera".into(), file.into()]);
         }
         if median {
-            command.args(["--median", "3"]);
+            options.extend(["--median".into(), "3".into()]);
         }
+        let mut command = Command::new(env!("CARGO_BIN_EXE_vsonar"));
+        command.arg("export").arg(&path).arg("--out").arg(&folder).args(["--name", "detector", "--quiet"]);
+        command.args(&options);
         tools::run(&mut command);
         let detector = CompiledDetector::compile(&load(&path)).expect("there is a code generator");
         let ground = camera.then(|| Ground::new(&CAMERA, WIDTH, HEIGHT));
-        Export { name, folder, ground, median, detector }
+        Export { name, folder, program: path, options, ground, median, detector }
     }
 
     /// The rows of each frame, without a median.
