@@ -173,7 +173,11 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             .map(|(name, bytes)| FileSummary { name: name.clone(), bytes: bytes.len() })
             .collect(),
     };
-    if args.json { output::print_json(&summary) } else { output::print(&table(&summary, &kinds, &request)) }
+    if args.json {
+        output::print_json(&summary)
+    } else {
+        output::print(&table(&summary, &kinds, &request, &target))
+    }
 }
 
 /// What to write, in the order of the list, each once.
@@ -258,7 +262,7 @@ fn content(
     })
 }
 
-fn table(summary: &Summary, kinds: &[Kind], request: &Request) -> String {
+fn table(summary: &Summary, kinds: &[Kind], request: &Request, target: &Target) -> String {
     let mut out = format!("{}: images of {}x{} pixels", summary.name, summary.width, summary.height);
     match (summary.ranges, summary.median) {
         (false, _) => out.push_str(", rows"),
@@ -277,11 +281,17 @@ fn table(summary: &Summary, kinds: &[Kind], request: &Request) -> String {
         let _ = writeln!(out, "  {:>9}  {}", output::grouped(file.bytes as u64), path.display());
     }
     let folder = output::shell_word(&summary.folder);
+    // What links for another machine has another name.
+    let compiler = if target.is_host() { "cc" } else { "CC" };
     let library = |kind| kinds.contains(&kind) && kinds.contains(&Kind::Header);
     if library(Kind::Static) {
-        let _ = writeln!(out, "cc robot.c -I{folder} {folder}/lib{}.a -o robot", request.symbol);
+        let _ = writeln!(
+            out,
+            "{compiler} robot.c -I{folder} {folder}/{} -o robot",
+            Kind::Static.file(&request.symbol, target)
+        );
     } else if library(Kind::C) {
-        let _ = writeln!(out, "cc -O2 robot.c -I{folder} {folder}/{}.c -o robot", request.symbol);
+        let _ = writeln!(out, "{compiler} -O2 robot.c -I{folder} {folder}/{}.c -o robot", request.symbol);
     }
     out
 }

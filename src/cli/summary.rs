@@ -184,7 +184,8 @@ fn next(source: &Source, settings: &Settings, generations: u32, folder: &Path) -
     }
     next.push(format!("vsonar show {program} {} --out pictures    # what it sees", flags(&train)));
     next.push(format!("vsonar ir {program}    # what the compiler makes of it"));
-    next.push(format!("vsonar export {program} --out detector    # native code and C for a robot"));
+    let detector = shell_word(&folder.join("detector"));
+    next.push(format!("vsonar export {program} --out {detector}    # native code and C for a robot"));
     next.push(format!(
         "vsonar evolve --resume {} --generations {}    # more generations",
         shell_word(folder),

@@ -15,6 +15,7 @@ import ctypes
 import operator
 import os
 import sys
+import zlib
 
 NAME = "@NAME@"
 ABI = @ABI@
@@ -22,6 +23,7 @@ WIDTH = @WIDTH@
 HEIGHT = @HEIGHT@
 MEDIAN = @MEDIAN@
 HAS_RANGES = bool(@HAS_RANGES@)
+_PROGRAM = @PROGRAM@  # checksum (CRC-32) of the program's text
 
 Info = collections.namedtuple(
     "Info", "abi width height median has_ranges correct cases seed version name data program")
@@ -117,8 +119,9 @@ class Detector:
         frame = [ctypes.c_void_p, ctypes.c_size_t, ctypes.c_size_t, ctypes.c_void_p, ctypes.c_size_t]
         self._info = self._function("info", [], ctypes.POINTER(_Info))
         found = self.info()
-        if (found.abi, found.width, found.height, found.median, found.has_ranges) != (
-                ABI, WIDTH, HEIGHT, MEDIAN, HAS_RANGES):
+        program = zlib.crc32(found.program.encode("utf-8"))
+        if (found.abi, found.width, found.height, found.median, found.has_ranges, program) != (
+                ABI, WIDTH, HEIGHT, MEDIAN, HAS_RANGES, _PROGRAM):
             raise ValueError("%s.py and its library are of different exports: take both from one" % NAME)
         self._detect = self._function("detect", frame + [ctypes.c_void_p], ctypes.c_int)
         if HAS_RANGES:

@@ -11,6 +11,8 @@ const RANGES: &str = include_str!("binding_ranges.py");
 /// The whole module, `NAME.py`. It loads the shared library `NAME` that stands beside it.
 pub fn python(request: &Request) -> String {
     let program = &request.program;
+    // As a C string holds it.
+    let text = request.provenance.program.replace('\0', "");
     let ranges = if request.camera.is_some() { RANGES } else { "" };
     TEMPLATE
         .replace("@RANGES@\n", ranges)
@@ -20,5 +22,6 @@ pub fn python(request: &Request) -> String {
         .replace("@WIDTH@", &program.width().to_string())
         .replace("@HEIGHT@", &program.height().to_string())
         .replace("@MEDIAN@", &header::median(request).to_string())
+        .replace("@PROGRAM@", &crc32fast::hash(text.as_bytes()).to_string())
         .replace("@HAS_RANGES@", &i32::from(request.camera.is_some()).to_string())
 }
