@@ -7,15 +7,15 @@
 //! and the results live is the business of a [`WindowSource`] and an [`Inputs`], so that strips and raw pixels,
 //! JIT and exported code share this file.
 
-use cranelift_codegen::ir::{
-    self, BlockArg, InstBuilder, MemFlagsData, StackSlot, StackSlotData, StackSlotKind,
-};
+use cranelift_codegen::ir::{self, BlockArg, InstBuilder, StackSlotData, StackSlotKind};
 use vsonar_ir::machine::Machine;
-use vsonar_ir::op::{Depends, Value};
+use vsonar_ir::op::Depends;
 use vsonar_ir::program::{Column, Region};
-use vsonar_ir::{Direction, Inst, Leaf, Loop, Op, Operand, Reg, Ty};
+use vsonar_ir::{Direction, Leaf, Loop, Op, Operand, Reg, Ty};
 
 use super::emit::{Emitter, Shape};
+use super::frame::{Frame, constant};
+use super::kept::Kept;
 
 /// Where the window operands come from, and with it the loop's position and end.
 ///
@@ -57,89 +57,6 @@ pub(crate) trait Inputs {
     /// The value, in the emitter's shape, of a leaf that changes from lane to lane alone: `x-obstacle`,
     /// `x`, `iter2 a` … `iter2 e`.
     fn leaf(&mut self, e: &mut Emitter<'_, '_>, leaf: Leaf) -> ir::Value;
-}
-
-/// A register's value while a block is emitted: for one case, in lanes, or both.
-#[derive(Clone, Copy, Default)]
-struct Slot {
-    scalar: Option<ir::Value>,
-    lanes: Option<ir::Value>,
-}
-
-impl Slot {
-    fn of(self, shape: Shape) -> Option<ir::Value> {
-        match shape {
-            Shape::Scalar => self.scalar,
-            Shape::Lanes4 => self.lanes,
-        }
-    }
-}
-
-/// The registers of a block while it is emitted.
-struct Frame<'p> {
-    insts: &'p [Inst],
-    slots: Vec<Slot>,
-    carried: [Option<ir::Value>; 5],
-}
-
-impl<'p> Frame<'p> {
-    fn new(insts: &'p [Inst]) -> Frame<'p> {
-        Frame { insts, slots: vec![Slot::default(); insts.len()], carried: [None; 5] }
-    }
-
-    fn set(&mut self, reg: Reg, shape: Shape, value: ir::Value) {
-        let slot = &mut self.slots[reg.index()];
-        match shape {
-            Shape::Scalar => slot.scalar = Some(value),
-            Shape::Lanes4 => slot.lanes = Some(value),
-        }
-    }
-
-    /// A register in the emitter's shape. Constants are made where they are used, values of one case spread
-    /// over the lanes where lanes are asked for.
-    fn get(&mut self, e: &mut Emitter<'_, '_>, reg: Reg) -> ir::Value {
-        let inst = self.insts[reg.index()];
-        let ty = inst.op().result();
-        if let Some(bits) = constant(inst) {
-            return e.constant(ty, bits);
-        }
-        let slot = self.slots[reg.index()];
-        if let Some(value) = slot.of(e.shape()) {
-            return value;
-        }
-        let scalar = slot.scalar.expect("registers are defined in order, and per row only from per row");
-        if ty == Ty::Mask {
-            // To compare again, in lanes, is cheaper than to turn a truth value into a mask.
-            self.operation(e, reg);
-            return self.slots[reg.index()].lanes.unwrap_or(scalar);
-        }
-        let value = e.splat(ty, scalar);
-        self.set(reg, Shape::Lanes4, value);
-        value
-    }
-
-    /// Emits an operation.
-    fn operation(&mut self, e: &mut Emitter<'_, '_>, reg: Reg) {
-        let inst = self.insts[reg.index()];
-        let zero = Value::I32(ir::Value::from_u32(0));
-        let mut args = [zero; 3];
-        for (slot, (&arg, &ty)) in args.iter_mut().zip(inst.args().iter().zip(inst.op().operands())) {
-            *slot = Emitter::wrap(ty, self.get(e, arg));
-        }
-        let value = e.operation(inst.op(), &args[..inst.args().len()], inst.imm());
-        self.set(reg, e.shape(), Emitter::unwrap(value));
-    }
-
-    /// Emits a carried register as the row finds it: the block's parameter, or 0 where it is never written.
-    fn read(&mut self, e: &mut Emitter<'_, '_>, reg: Reg, register: u8) {
-        let value = self.carried[usize::from(register)].unwrap_or_else(|| e.f32(0.0));
-        self.set(reg, e.shape(), value);
-    }
-}
-
-/// The bits of a constant leaf.
-fn constant(inst: Inst) -> Option<u32> {
-    matches!(inst.op(), Op::Const | Op::IConst | Op::MConst).then_some(inst.imm())
 }
 
 /// Emits a column expression in the current block; its value, in the emitter's shape.
@@ -438,43 +355,6 @@ impl LoopEmitter<'_, '_> {
 
     fn scalar(&mut self, e: &mut Emitter<'_, '_>, value: f32) -> ir::Value {
         self.in_scalar(e, |_, e| e.f32(value))
-    }
-}
-
-/// Values in memory.
-struct Kept {
-    slot: StackSlot,
-    types: Vec<ir::Type>,
-    /// The first so many are carried from row to row.
-    carried: usize,
-    /// The others: registers of the body.
-    invariants: Vec<(usize, Shape)>,
-}
-
-impl Kept {
-    /// Bytes for each value, and the logarithm of it.
-    const BYTES: i32 = 1 << Kept::ALIGN;
-    const ALIGN: u8 = 4;
-
-    fn address(&self, e: &mut Emitter<'_, '_>) -> ir::Value {
-        e.b.ins().stack_addr(ir::types::I64, self.slot, 0)
-    }
-
-    /// Stores the first values.
-    fn store(&self, e: &mut Emitter<'_, '_>, values: &[ir::Value]) {
-        let address = self.address(e);
-        for (i, &value) in values.iter().enumerate() {
-            e.b.ins().store(MemFlagsData::trusted(), value, address, Kept::BYTES * i as i32);
-        }
-    }
-
-    /// Loads them all.
-    fn load(&self, e: &mut Emitter<'_, '_>) -> Vec<ir::Value> {
-        let address = self.address(e);
-        let load = |(i, &ty): (usize, &ir::Type)| {
-            e.b.ins().load(ty, MemFlagsData::trusted(), address, Kept::BYTES * i as i32)
-        };
-        self.types.iter().enumerate().map(load).collect()
     }
 }
 
