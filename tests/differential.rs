@@ -6,25 +6,9 @@ mod common;
 use vsonar::ir::generate::Random as Small;
 use vsonar::ir::{Op, Rect, reference};
 use vsonar::lower::lower;
-use vsonar::tree::{
-    CreateSettings, Creator, CrossoverSettings, Individual, NodeType, Random, subtree_crossover,
-};
+use vsonar::tree::{Individual, NodeType};
 
 const SEED: u64 = 20_260;
-
-/// Individuals as evolution makes them: created, and crossed a few times so that they grow and mix.
-fn individuals(seed: u64, count: usize) -> Vec<Individual> {
-    let settings = CreateSettings { plain_column_probability: 0.5, ..CreateSettings::default() };
-    let creator = Creator::new(&settings).expect("the settings are sound");
-    let mut random = Random::stream(seed, 0, 0);
-    let mut out: Vec<Individual> = (0..count).map(|_| creator.individual(&mut random)).collect();
-    for _ in 0..count {
-        let (i, j) = (random.index(count), random.index(count));
-        let [a, b] = subtree_crossover(&out[i], &out[j], &CrossoverSettings::default(), &mut random);
-        (out[i], out[j]) = (a.individual, b.individual);
-    }
-    out
-}
 
 /// Images of one size and columns in them.
 fn cases(seed: u64, width: u32, height: u32, lanes: usize) -> vsonar::vision::CaseSet {
@@ -47,7 +31,7 @@ fn all_executors_agree_with_the_walker() {
         let (width, height) = sizes[batch as usize % sizes.len()];
         // Group remainders of every kind.
         let cases = cases(seed, width, height, 65 + (batch as usize * 7) % 32);
-        for individual in individuals(seed, 300) {
+        for individual in common::individuals(seed, 300) {
             let judged = common::answers(executors[0].as_ref(), &individual, &cases);
             for executor in &executors[1..] {
                 let found = common::answers(executor.as_ref(), &individual, &cases);
@@ -124,7 +108,7 @@ fn lowering_keeps_the_meaning_before_the_optimiser() {
     for batch in 0..4u64 {
         let seed = SEED + 1000 + batch;
         let cases = cases(seed, 40, 24, 33);
-        for individual in individuals(seed, 250) {
+        for individual in common::individuals(seed, 250) {
             let judged = common::answers(walker.as_ref(), &individual, &cases);
             let program = lower(&individual, 40, 24);
             for (i, lane) in cases.lanes().iter().enumerate() {

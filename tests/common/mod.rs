@@ -13,7 +13,7 @@ use vsonar::exec::reference::ReferenceExecutor;
 use vsonar::exec::tree::TreeExecutor;
 use vsonar::exec::{Candidate, Executor};
 use vsonar::ir::generate::Random;
-use vsonar::tree::Individual;
+use vsonar::tree::{self, CreateSettings, Creator, CrossoverSettings, Individual, subtree_crossover};
 use vsonar::vision::{CaseSet, Lane, WindowSums};
 
 /// Every executor, the judge first; the batch interpreter with every width that this machine has.
@@ -78,6 +78,20 @@ pub(crate) fn image(random: &mut Random, width: u32, height: u32) -> GrayImage {
                 out.put_pixel(x, y, image::Luma([value]));
             }
         }
+    }
+    out
+}
+
+/// Individuals as evolution makes them: created, and crossed a few times so that they grow and mix.
+pub(crate) fn individuals(seed: u64, count: usize) -> Vec<Individual> {
+    let settings = CreateSettings { plain_column_probability: 0.5, ..CreateSettings::default() };
+    let creator = Creator::new(&settings).expect("the settings are sound");
+    let mut random = tree::Random::stream(seed, 0, 0);
+    let mut out: Vec<Individual> = (0..count).map(|_| creator.individual(&mut random)).collect();
+    for _ in 0..count {
+        let (i, j) = (random.index(count), random.index(count));
+        let [a, b] = subtree_crossover(&out[i], &out[j], &CrossoverSettings::default(), &mut random);
+        (out[i], out[j]) = (a.individual, b.individual);
     }
     out
 }

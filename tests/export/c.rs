@@ -8,7 +8,6 @@ use vsonar::export::{Provenance, Request, Symbol};
 use vsonar::ir::generate::{self, Random as Small};
 use vsonar::ir::{Direction, Op, Operand, Program, Rect, Span, opt, reference};
 use vsonar::lower::lower;
-use vsonar::tree::{CreateSettings, Creator, CrossoverSettings, Individual, Random, subtree_crossover};
 use vsonar::vision::WindowSums;
 
 use crate::common;
@@ -20,19 +19,6 @@ const SIZES: [(u32, u32); 5] = [(16, 16), (17, 70), (33, 21), (40, 24), (19, 65)
 
 /// A camera like that of the paper's robot.
 pub(crate) const CAMERA: Camera = Camera { height: 0.6, pitch: 51.0, field_of_view: 90.0, distortion: -0.1 };
-
-fn individuals(seed: u64, count: usize) -> Vec<Individual> {
-    let settings = CreateSettings { plain_column_probability: 0.5, ..CreateSettings::default() };
-    let creator = Creator::new(&settings).expect("the settings are sound");
-    let mut random = Random::stream(seed, 0, 0);
-    let mut out: Vec<Individual> = (0..count).map(|_| creator.individual(&mut random)).collect();
-    for _ in 0..count {
-        let (i, j) = (random.index(count), random.index(count));
-        let [a, b] = subtree_crossover(&out[i], &out[j], &CrossoverSettings::default(), &mut random);
-        (out[i], out[j]) = (a.individual, b.individual);
-    }
-    out
-}
 
 fn request(symbol: String, program: Program, kind: usize) -> Request {
     Request {
@@ -77,7 +63,7 @@ fn programs(images: &[Images; 5]) -> Vec<(String, Program)> {
         let seed = SEED + i as u64;
         (format!("program of seed {seed}"), generate::program(seed, sizes(i).0, sizes(i).1, 10 + i % 40))
     });
-    let mut lowered = individuals(SEED, 10 * COUNT).into_iter().enumerate().map(|(i, individual)| {
+    let mut lowered = common::individuals(SEED, 10 * COUNT).into_iter().enumerate().map(|(i, individual)| {
         let (width, height) = sizes(i);
         (format!("individual {i} of seed {SEED}: {individual}"), lower(&individual, width, height))
     });
