@@ -7,6 +7,7 @@ mod calibrate;
 mod common;
 mod eval;
 mod evolve;
+mod export;
 mod help;
 mod interruption;
 mod kill;
