@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use cranelift_codegen::isa::{self, OwnedTargetIsa};
 use cranelift_codegen::settings::{self, Configurable};
-use target_lexicon::{Architecture, BinaryFormat, OperatingSystem, Triple};
+use target_lexicon::{Architecture, BinaryFormat, OperatingSystem, PointerWidth, Riscv64Architecture, Triple};
 
 use crate::exec::cranelift::Shape;
 
@@ -117,10 +117,16 @@ impl Target {
             _ => &[BinaryFormat::Elf],
         };
         let levels = levels(&triple);
-        if levels.is_empty() || !format.contains(&triple.binary_format) {
+        // Addresses have 64 bits in the code and in what `NAME_info` gives.
+        let wide = triple.pointer_width() == Ok(PointerWidth::U64);
+        // UEFI loads another format than the triple's.
+        let firmware = triple.operating_system == OperatingSystem::Uefi;
+        if levels.is_empty() || !format.contains(&triple.binary_format) || !wide || firmware {
             return Err(TargetError::Unknown(triple.to_string()));
         }
-        let is_host = triple.architecture == host.architecture;
+        // What this machine has is asked of the running system, calling convention and format included.
+        let of_host = |t: &Triple| (t.architecture, t.operating_system, t.binary_format);
+        let is_host = of_host(&triple) == of_host(&host);
         let cpu = match cpu {
             None => levels[0],
             Some(NATIVE) if is_host => Cpu { name: NATIVE, ..levels[0] },
@@ -193,8 +199,9 @@ impl Target {
             ("unwind_info", "false"),
             ("preserve_frame_pointers", "false"),
             ("machine_code_cfg_info", "false"),
-            // Windows grows a stack page by page.
-            ("enable_probestack", if self.is_windows() { "true" } else { "false" }),
+            // A frame may be larger than the page that guards a stack's end, so each page is touched in turn: then too
+            // small a stack is a fault, not damage to what lies below. (Windows also grows stacks that way.)
+            ("enable_probestack", "true"),
             ("probestack_strategy", "inline"),
             ("enable_heap_access_spectre_mitigation", "false"),
             ("enable_table_access_spectre_mitigation", "false"),
@@ -224,7 +231,10 @@ fn levels(triple: &Triple) -> &'static [Cpu] {
     match triple.architecture {
         Architecture::X86_64 => &X86_64,
         Architecture::Aarch64(target_lexicon::Aarch64Architecture::Aarch64) => &AARCH64,
-        Architecture::Riscv64(_) => &RISCV64,
+        // All levels compute with floating-point registers, which smaller ones lack.
+        Architecture::Riscv64(
+            Riscv64Architecture::Riscv64 | Riscv64Architecture::Riscv64gc | Riscv64Architecture::Riscv64a23,
+        ) => &RISCV64,
         Architecture::S390x => &S390X,
         _ => &[],
     }
@@ -250,12 +260,39 @@ mod tests {
 
     #[test]
     fn unknown_ones_name_the_known() {
-        for wrong in ["", "vax", "armv7-unknown-linux-gnueabihf", "wasm32-unknown-unknown", "aarch64-pc-windows-msvc"]
-        {
+        for wrong in [
+            "",
+            "vax",
+            "armv7-unknown-linux-gnueabihf",
+            "wasm32-unknown-unknown",
+            "aarch64-pc-windows-msvc",
+            "riscv64imac-unknown-none-elf",
+            "x86_64-unknown-linux-gnux32",
+            "aarch64-unknown-linux-gnu_ilp32",
+            "x86_64-unknown-uefi",
+        ] {
             let error = Target::new(Some(wrong), None).expect_err(wrong).to_string();
             assert!(error.contains("riscv64gc-unknown-linux-gnu"), "{error}");
         }
         let error = Target::new(Some("x86_64-unknown-linux-gnu"), Some("v9")).expect_err("no level").to_string();
         assert!(error.contains("v3 (AVX2"), "{error}");
+    }
+
+    #[test]
+    fn native_is_of_this_system_alone() {
+        let host = Target::new(None, Some("native")).expect("this machine");
+        assert_eq!(host, Target::native());
+        for triple in KNOWN.iter().filter(|triple| !Target::new(Some(triple), None).expect("known").is_host()) {
+            let error = Target::new(Some(triple), Some("native")).expect_err(triple).to_string();
+            assert!(!error.contains("what this machine has"), "{error}");
+        }
+    }
+
+    #[test]
+    fn frames_touch_every_page() {
+        for triple in KNOWN {
+            let isa = Target::new(Some(triple), None).expect("known").isa().expect("known");
+            assert!(isa.flags().enable_probestack(), "{triple}");
+        }
     }
 }
