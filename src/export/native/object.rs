@@ -24,7 +24,7 @@ impl Object {
     /// # Errors
     /// If the code generator refuses the target or the program, or would call a library.
     pub fn compile(request: &Request, target: &Target) -> Result<Object, NativeError> {
-        let isa = target.isa()?;
+        let isa = target.isa(false)?;
         let name = request.symbol.as_str();
         // A call of a library is an error before its name matters.
         let builder =
