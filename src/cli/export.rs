@@ -8,7 +8,7 @@ use serde::Serialize;
 use vsonar::camera::Camera;
 use vsonar::export::native::{Object, Target};
 use vsonar::export::{self, MEDIAN, Provenance, Request, Symbol};
-use vsonar::ir::{opt, text};
+use vsonar::ir::{Program, opt, text};
 
 use super::executor::with_stack;
 use super::program::{Loaded, SIZE, size};
@@ -195,11 +195,7 @@ fn request(args: &Args) -> Result<Request, CliError> {
     let loaded = Loaded::load(&args.program)?;
     loaded.check_size(&args.program, args.size)?;
     let provenance = match &loaded {
-        // It has been read a moment ago, as text.
-        Loaded::Individual(individual) => match std::fs::read_to_string(&args.program) {
-            Ok(text) => Provenance::of_text(&text),
-            Err(_) => Provenance::of_individual(individual),
-        },
+        Loaded::Individual(_, text) => Provenance::of_text(text),
         Loaded::Program(program) => Provenance { program: text::print(program), ..Provenance::default() },
     };
     let size = args.size.or(loaded.size()).or(provenance.size).unwrap_or(SIZE);
@@ -212,6 +208,17 @@ fn request(args: &Args) -> Result<Request, CliError> {
             args.program.display(),
             evolved.0,
             evolved.1
+        )));
+    }
+    if !Program::fits(size.0, size.1) {
+        return Err(CliError::Failed(format!(
+            "{}: its comment says that it was evolved on images of {}x{} pixels, but each side must have {} to {}; correct \
+             or remove the comment",
+            args.program.display(),
+            size.0,
+            size.1,
+            Program::MIN_SIDE,
+            Program::MAX_SIDE
         )));
     }
     let camera = args.camera.as_deref().map(Camera::load).transpose()?;

@@ -59,7 +59,11 @@ pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: boo
     }
     for (name, _) in files {
         let path = folder.join(name);
-        if path.is_dir() || path.symlink_metadata().is_ok() && !force {
+        if path.is_dir() {
+            let text = format!("{}: is a folder; remove it, or choose another `--out`", path.display());
+            return Err(CliError::Failed(text));
+        }
+        if path.symlink_metadata().is_ok() && !force {
             let text = format!(
                 "{}: exists already; `--force` replaces it, or choose another `--out`",
                 path.display()

@@ -14,8 +14,8 @@ const MAX_BYTES: u64 = 64 << 20;
 /// What a file holds.
 #[derive(Debug)]
 pub(crate) enum Loaded {
-    /// As evolved, for images of any size.
-    Individual(Individual),
+    /// As evolved, for images of any size; with the file's text.
+    Individual(Individual, String),
     /// In the compiler's form, for images of the size that it states.
     Program(Box<Program>),
 }
@@ -25,7 +25,8 @@ impl Loaded {
     /// ([`super::executor::with_stack`]), as all of this.
     pub(crate) fn load(path: &Path) -> Result<Loaded, CliError> {
         if path.extension().is_none_or(|e| e != "vir") {
-            return Ok(Loaded::Individual(Individual::load(path)?));
+            let (individual, text) = Individual::load_with_text(path)?;
+            return Ok(Loaded::Individual(individual, text));
         }
         let mut source = String::new();
         std::fs::File::open(path)
@@ -40,7 +41,7 @@ impl Loaded {
     /// The size of images that the program states.
     pub(crate) fn size(&self) -> Option<(u32, u32)> {
         match self {
-            Loaded::Individual(_) => None,
+            Loaded::Individual(..) => None,
             Loaded::Program(program) => Some((program.width(), program.height())),
         }
     }
@@ -48,7 +49,7 @@ impl Loaded {
     /// The program before the optimiser, for images of the size given, which must be the one it states.
     pub(crate) fn lowered(self, (width, height): (u32, u32)) -> Program {
         match self {
-            Loaded::Individual(individual) => vsonar::lower::lower(&individual, width, height),
+            Loaded::Individual(individual, _) => vsonar::lower::lower(&individual, width, height),
             Loaded::Program(program) => *program,
         }
     }

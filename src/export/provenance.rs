@@ -53,6 +53,12 @@ impl Provenance {
         Provenance { program: individual.to_string(), ..Provenance::default() }
     }
 
+    /// What `NAME_info` gives: correct answers, and of how many; -1 and -1 if they are not known.
+    pub(super) fn answers(&self) -> (i32, i32) {
+        let number = |n: u32| i32::try_from(n).unwrap_or(i32::MAX);
+        self.fitness.map_or((-1, -1), |(correct, cases)| (number(correct), number(cases)))
+    }
+
     fn read(&mut self, comment: &str) {
         if let Some(solved) = comment.strip_prefix("solves ") {
             let mut words = solved.split([' ', ';']);

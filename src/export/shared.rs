@@ -34,6 +34,14 @@ pub enum SharedError {
         /// What it said.
         message: String,
     },
+    /// The linker cannot be started.
+    #[error("cannot start the linker {linker}: {source}; name another with `--linker`")]
+    Start {
+        /// The program.
+        linker: String,
+        /// What went wrong.
+        source: io::Error,
+    },
     /// A file for it or of it.
     #[error("cannot hand {} to the linker: {source}; make room in the folder for temporary files, or set TMPDIR", path.display())]
     File {
@@ -176,8 +184,10 @@ pub fn link(
         let words = arguments(*flavour, symbol, target, exports, [&input, &output]);
         match Command::new(program).args(words).output() {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(source) => return Err(SharedError::File { path: program.into(), source }),
-            Ok(done) if done.status.success() => return std::fs::read(&output).map_err(file(&output)),
+            Err(source) => return Err(SharedError::Start { linker: program.clone(), source }),
+            Ok(done) if done.status.success() && output.exists() => {
+                return std::fs::read(&output).map_err(file(&output));
+            }
             Ok(done) => return Err(failed(program, &done)),
         }
     }
@@ -193,6 +203,9 @@ pub fn link(
 
 fn failed(program: &str, done: &Output) -> SharedError {
     let said = [&done.stderr, &done.stdout].map(|bytes| String::from_utf8_lossy(bytes).trim().to_string());
-    let message = said.into_iter().filter(|text| !text.is_empty()).collect::<Vec<_>>().join("; ");
+    let mut message = said.into_iter().filter(|text| !text.is_empty()).collect::<Vec<_>>().join("; ");
+    if message.is_empty() {
+        message = "it said nothing, and there is no library; name another with `--linker`".to_string();
+    }
     SharedError::Failed { linker: program.to_string(), status: done.status.to_string(), message }
 }

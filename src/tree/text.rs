@@ -49,6 +49,14 @@ impl Individual {
     /// If the file cannot be read, or is not the text of an individual; the message names the file and, for
     /// faults of the text, line and column.
     pub fn load(path: impl AsRef<Path>) -> Result<Individual, ProgramFileError> {
+        Individual::load_with_text(path).map(|(individual, _)| individual)
+    }
+
+    /// The same with the file's whole text, in whose comments may stand where the individual comes from.
+    ///
+    /// # Errors
+    /// As [`Individual::load`].
+    pub fn load_with_text(path: impl AsRef<Path>) -> Result<(Individual, String), ProgramFileError> {
         let path = path.as_ref();
         let mut bytes = Vec::new();
         // A limit on what is read, since a path may name an endless device.
@@ -58,11 +66,14 @@ impl Individual {
         if bytes.len() as u64 > MAX_BYTES {
             return Err(ProgramFileError::TooLong { path: path.into(), limit: MAX_BYTES });
         }
-        let text = std::str::from_utf8(&bytes).map_err(|error| {
-            let line = 1 + bytes[..error.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+            let line = 1 + valid.iter().filter(|&&b| b == b'\n').count();
             ProgramFileError::NotText { path: path.into(), line }
         })?;
-        text.parse().map_err(|source| ProgramFileError::Parse { path: path.into(), source })
+        let individual =
+            text.parse().map_err(|source| ProgramFileError::Parse { path: path.into(), source })?;
+        Ok((individual, text))
     }
 }
 

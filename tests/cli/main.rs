@@ -8,6 +8,7 @@ mod common;
 mod eval;
 mod evolve;
 mod export;
+mod export_faults;
 mod help;
 mod interruption;
 mod kill;

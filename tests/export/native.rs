@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use vsonar::export::native::{Object, Target};
-use vsonar::export::{archive, shared};
+use vsonar::export::{archive, header, shared};
 
 use crate::c::{fmrb, samples};
-use crate::harness::Sample;
+use crate::harness::{Sample, write};
 use crate::tools::{Compiler, folder, has, run};
 
 /// A target, the compiler that links for it, and what its tools' names begin with.
@@ -193,6 +193,40 @@ fn libraries_give_the_reference_bits() {
         let mut command = Command::new("valgrind");
         command.args(["--quiet", "--error-exitcode=9"]).arg(program);
         run(command.arg(files.folder.join("images")).arg(files.folder.join("answers")));
+    }
+}
+
+/// The stack that the header states is what calls take at most, where frames have many pages and where they have few.
+#[test]
+fn no_more_stack_is_taken_than_stated() {
+    const OPERANDS: &str = "raw median median-corner gradient moravec-horizontal moravec-vertical moravec-slash \
+                            moravec-backslash";
+    let names: Vec<&str> = OPERANDS.split(' ').collect();
+    let sum =
+        names.iter().fold("1".to_string(), |sum, name| format!("(+ (* {sum} 0.5) (+ {name} {name}-sq))"));
+    let all = format!(
+        "(individual (iterate-up 8x8 x-obstacle (set-a (max read-a {sum}))) \
+         (iterate-down 8x8 iter2-a (prog2 (set-b (max read-b {sum})) (set-a (- read-b (* read-a 0.5))))))"
+    );
+    let few = "(individual (iterate-up 2x2 x-obstacle (set-a (+ read-a raw))))";
+    for (number, source) in [all.as_str(), few].into_iter().enumerate() {
+        let mut request = crate::interface::request("det", "", true);
+        request.program =
+            vsonar::ir::opt::optimise(&vsonar::lower::lower(&source.parse().expect("a program"), 64, 80));
+        for variant in variants().iter().filter(|v| v.compiler.is_there()) {
+            let target = target(variant);
+            let folder = folder(&format!("stack-{number}-{}-{}", variant.triple, variant.cpu));
+            let object = Object::compile(&request, &target).unwrap_or_else(|e| panic!("{target}: {e}"));
+            assert_eq!(object.stack > 4096, number == 0, "{target}: {} bytes of stack", object.stack);
+            write(&folder, "det.h", &header::header(&request, Some(object.stack)));
+            std::fs::write(folder.join("det.o"), object.bytes).expect("files can be written");
+            let source = write(&folder, "stack.c", include_str!("stack.c"));
+            let program = folder.join("stack");
+            let mut command = variant.compiler.command();
+            command.arg("-fno-optimize-sibling-calls").arg(source).arg(folder.join("det.o"));
+            run(command.arg("-o").arg(&program));
+            run(&mut variant.compiler.runner(&program));
+        }
     }
 }
 

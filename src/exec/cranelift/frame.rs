@@ -58,12 +58,33 @@ impl<'p> Frame<'p> {
         let scalar = slot.scalar.expect("registers are defined in order, and per row only from per row");
         if ty == Ty::Mask {
             // To compare again, in lanes, is cheaper than to turn a truth value into a mask.
-            self.operation(e, reg);
+            self.mask_in_lanes(e, reg);
             return self.slots[reg.index()].lanes.unwrap_or(scalar);
         }
         let value = e.splat(ty, scalar);
         self.set(reg, Shape::Lanes4, value);
         value
+    }
+
+    /// Emits a mask, of which there is only the truth value of one case, once more in lanes, after the masks that it
+    /// is made of. They are as many as the program likes, so this does not recur.
+    fn mask_in_lanes(&mut self, e: &mut Emitter<'_, '_>, reg: Reg) {
+        let mut wanted = vec![reg];
+        while let Some(&last) = wanted.last() {
+            let before = wanted.len();
+            let made_of = self.insts[last.index()].args().iter().copied();
+            wanted.extend(made_of.filter(|arg| {
+                let inst = self.insts[arg.index()];
+                let there = constant(inst).is_some() || self.slots[arg.index()].lanes.is_some();
+                inst.op().result() == Ty::Mask && !there
+            }));
+            if wanted.len() == before {
+                wanted.pop();
+                if self.slots[last.index()].lanes.is_none() {
+                    self.operation(e, last);
+                }
+            }
+        }
     }
 
     /// Emits an operation.

@@ -37,7 +37,9 @@ pub(crate) fn host(effort: Effort) -> Result<OwnedTargetIsa, ExecError> {
         ("unwind_info", "false"),
         ("preserve_frame_pointers", "false"),
         ("machine_code_cfg_info", "false"),
-        ("enable_probestack", "false"),
+        // A frame may be larger than the page that guards a stack's end. Smaller ones, which nearly all are, have none.
+        ("enable_probestack", "true"),
+        ("probestack_strategy", "inline"),
         ("enable_alias_analysis", "false"),
         ("enable_heap_access_spectre_mitigation", "false"),
         ("enable_table_access_spectre_mitigation", "false"),

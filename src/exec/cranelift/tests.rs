@@ -13,8 +13,9 @@ use super::entries;
 use super::helpers::Helpers;
 use super::lanes::LaneBlock;
 use super::target::{self, Effort};
+use crate::detector::{CompiledDetector, Detector};
 use crate::exec::operations::{Place, Subject, check_all};
-use crate::vision::LANES;
+use crate::vision::{LANES, WindowSums};
 
 impl Subject for Compiler {
     fn run(&mut self, program: &Program, place: Place, iter2: &[[f32; LANES]; 5]) -> [f32; LANES] {
@@ -71,4 +72,28 @@ fn functions_pass_the_code_generators_verifier() {
         }
     }
     assert!(verified > 1000, "only {verified} functions");
+}
+
+/// A mask of the uniform region that a lane asks for is made in lanes too, with all masks that it is made of.
+#[test]
+fn long_chains_of_masks_do_not_exhaust_the_stack() {
+    let mut text =
+        "vir 1\nimage 16x16\nloop 2 up 2x2\ncolumn\n  v0 = x-obstacle\n  result v0\nbody\n  uniform\n    \
+                    v0 = y\n    v1 = const 4\n    v2 = lt v0 v1\n"
+            .to_string();
+    const LAST: usize = 60_000;
+    for reg in 3..=LAST {
+        text.push_str(&format!("    v{reg} = not v{}\n", reg - 1));
+    }
+    text.push_str(&format!("  varying\n    v{} = window raw\n", LAST + 1));
+    text.push_str(&format!("    v{} = select v{LAST} v{} v0\n  next a v{}\n", LAST + 2, LAST + 1, LAST + 2));
+    let program = vsonar_ir::text::parse(&text).expect("a program");
+    let image = image::GrayImage::from_fn(16, 16, |x, y| image::Luma([(x * 5 + y) as u8]));
+    let expected = vsonar_ir::reference::answer(&program, &WindowSums::new(&image), 3.0);
+    let compile = move || CompiledDetector::compile(&program).expect("compiles");
+    let thread = std::thread::Builder::new().stack_size(1 << 20).spawn(compile).expect("a thread");
+    let detector = thread.join().expect("no panic");
+    let mut rows = [0.0];
+    detector.detect(&image, &[3], &mut rows).expect("sound arguments");
+    assert_eq!(rows, [expected]);
 }

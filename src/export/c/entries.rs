@@ -133,8 +133,7 @@ fn info(request: &Request) -> String {
     };
     let texts =
         text("data", provenance.data.as_deref().unwrap_or_default()) + &text("program", &provenance.program);
-    let (correct, cases) =
-        provenance.fitness.map_or((-1, -1), |(correct, cases)| (i64::from(correct), i64::from(cases)));
+    let (correct, cases) = provenance.answers();
     let seed = provenance.seed.unwrap_or_default();
     format!(
         "{texts}\nconst {prefix}_info_t *{prefix}_info(void)\n{{\n    static const {prefix}_info_t info = {{\n        \

@@ -38,7 +38,8 @@ impl JitRows {
         target: &Target,
         shape: Shape,
     ) -> Result<JitRows, NativeError> {
-        let isa = target.isa()?;
+        // Safe code calls it on any thread.
+        let isa = target.isa(true)?;
         let builder = JITBuilder::with_isa(isa.clone(), cranelift_module::default_libcall_names());
         let mut module = JITModule::new(builder);
         let entry = (|| {

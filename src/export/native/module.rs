@@ -55,7 +55,10 @@ impl<'m, M: Module> Definer<'m, M> {
             check(name, relocation.kind, &relocation.target)?;
         }
         let frame = code.buffer.frame_layout().map_or(0, |layout| layout.frame_to_fp_offset as usize);
-        Ok(Defined { id, stack: frame + CALL_BYTES + deepest_call })
+        // Probes touch whole pages, the last of which may end beyond the frame.
+        let page = 1 << self.isa.flags().probestack_size_log2();
+        let probed = if self.isa.flags().enable_probestack() && frame >= page { page } else { 0 };
+        Ok(Defined { id, stack: frame + probed + CALL_BYTES + deepest_call })
     }
 
     /// The function that finds rows, with the fills of its loops.

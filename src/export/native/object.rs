@@ -24,7 +24,7 @@ impl Object {
     /// # Errors
     /// If the code generator refuses the target or the program, or would call a library.
     pub fn compile(request: &Request, target: &Target) -> Result<Object, NativeError> {
-        let isa = target.isa()?;
+        let isa = target.isa(false)?;
         let name = request.symbol.as_str();
         // A call of a library is an error before its name matters.
         let builder =
@@ -71,9 +71,7 @@ impl Object {
 fn info_data(module: &mut ObjectModule, request: &Request) -> Result<DataId, NativeError> {
     let (name, provenance, program) = (request.symbol.as_str(), &request.provenance, &request.program);
     let little = module.isa().endianness() == Endianness::Little;
-    let (correct, cases) = provenance.fitness.map_or((-1, -1), |(correct, cases)| {
-        (i32::try_from(correct).unwrap_or(i32::MAX), i32::try_from(cases).unwrap_or(i32::MAX))
-    });
+    let (correct, cases) = provenance.answers();
     let numbers = [
         ABI,
         program.width().cast_signed(),

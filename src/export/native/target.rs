@@ -4,7 +4,9 @@ use std::str::FromStr;
 
 use cranelift_codegen::isa::{self, OwnedTargetIsa};
 use cranelift_codegen::settings::{self, Configurable};
-use target_lexicon::{Architecture, BinaryFormat, OperatingSystem, Triple};
+use target_lexicon::{
+    Architecture, BinaryFormat, OperatingSystem, PointerWidth, Riscv64Architecture, Triple,
+};
 
 use crate::exec::cranelift::Shape;
 
@@ -127,10 +129,16 @@ impl Target {
             _ => &[BinaryFormat::Elf],
         };
         let levels = levels(&triple);
-        if levels.is_empty() || !format.contains(&triple.binary_format) {
+        // Addresses have 64 bits in the code and in what `NAME_info` gives.
+        let wide = triple.pointer_width() == Ok(PointerWidth::U64);
+        // UEFI loads another format than the triple's.
+        let firmware = triple.operating_system == OperatingSystem::Uefi;
+        if levels.is_empty() || !format.contains(&triple.binary_format) || !wide || firmware {
             return Err(TargetError::Unknown(triple.to_string()));
         }
-        let is_host = triple.architecture == host.architecture;
+        // What this machine has is asked of the running system, calling convention and format included.
+        let of_host = |t: &Triple| (t.architecture, t.operating_system, t.binary_format);
+        let is_host = of_host(&triple) == of_host(&host);
         let cpu = match cpu {
             None => levels[0],
             Some(NATIVE) if is_host => Cpu { name: NATIVE, ..levels[0] },
@@ -191,7 +199,10 @@ impl Target {
 
     /// The code generator. Its code is independent of its position, for it refers to nothing but its own module, and
     /// to that from where it is; the setting of that name would send it through tables of addresses.
-    pub(crate) fn isa(&self) -> Result<OwnedTargetIsa, TargetError> {
+    ///
+    /// A frame may be larger than the page that guards a stack's end. With `probes` each page is touched in turn, so
+    /// that too small a stack is a fault, not damage to what lies below it. That takes up to a page of stack more.
+    pub(crate) fn isa(&self, probes: bool) -> Result<OwnedTargetIsa, TargetError> {
         let refused = |message: String| TargetError::Refused { target: self.triple(), message };
         let mut flags = settings::builder();
         for (name, value) in [
@@ -204,7 +215,7 @@ impl Target {
             ("preserve_frame_pointers", "false"),
             ("machine_code_cfg_info", "false"),
             // Windows grows a stack page by page.
-            ("enable_probestack", if self.is_windows() { "true" } else { "false" }),
+            ("enable_probestack", if probes || self.is_windows() { "true" } else { "false" }),
             ("probestack_strategy", "inline"),
             ("enable_heap_access_spectre_mitigation", "false"),
             ("enable_table_access_spectre_mitigation", "false"),
@@ -234,7 +245,10 @@ fn levels(triple: &Triple) -> &'static [Cpu] {
     match triple.architecture {
         Architecture::X86_64 => &X86_64,
         Architecture::Aarch64(target_lexicon::Aarch64Architecture::Aarch64) => &AARCH64,
-        Architecture::Riscv64(_) => &RISCV64,
+        // All levels compute with floating-point registers, which smaller ones lack.
+        Architecture::Riscv64(
+            Riscv64Architecture::Riscv64 | Riscv64Architecture::Riscv64gc | Riscv64Architecture::Riscv64a23,
+        ) => &RISCV64,
         Architecture::S390x => &S390X,
         _ => &[],
     }
@@ -251,23 +265,42 @@ mod tests {
             assert!(!levels.is_empty());
             for cpu in levels {
                 let target = Target::new(Some(triple), Some(cpu.name)).expect("known");
-                target.isa().unwrap_or_else(|e| panic!("{target}: {e}"));
+                target.isa(false).unwrap_or_else(|e| panic!("{target}: {e}"));
             }
         }
-        Target::host().isa().expect("this machine has a back end");
-        Target::native().isa().expect("this machine has a back end");
+        Target::host().isa(true).expect("this machine has a back end");
+        Target::native().isa(true).expect("this machine has a back end");
     }
 
     #[test]
     fn unknown_ones_name_the_known() {
-        for wrong in
-            ["", "vax", "armv7-unknown-linux-gnueabihf", "wasm32-unknown-unknown", "aarch64-pc-windows-msvc"]
-        {
+        for wrong in [
+            "",
+            "vax",
+            "armv7-unknown-linux-gnueabihf",
+            "wasm32-unknown-unknown",
+            "aarch64-pc-windows-msvc",
+            "riscv64imac-unknown-none-elf",
+            "x86_64-unknown-linux-gnux32",
+            "aarch64-unknown-linux-gnu_ilp32",
+            "x86_64-unknown-uefi",
+        ] {
             let error = Target::new(Some(wrong), None).expect_err(wrong).to_string();
             assert!(error.contains("riscv64gc-unknown-linux-gnu"), "{error}");
         }
         let error =
             Target::new(Some("x86_64-unknown-linux-gnu"), Some("v9")).expect_err("no level").to_string();
         assert!(error.contains("v3 (AVX2"), "{error}");
+    }
+
+    #[test]
+    fn native_is_of_this_system_alone() {
+        let host = Target::new(None, Some("native")).expect("this machine");
+        assert_eq!(host, Target::native());
+        for triple in KNOWN.iter().filter(|triple| !Target::new(Some(triple), None).expect("known").is_host())
+        {
+            let error = Target::new(Some(triple), Some("native")).expect_err(triple).to_string();
+            assert!(!error.contains("what this machine has"), "{error}");
+        }
     }
 }
