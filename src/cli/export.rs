@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
 use clap::ValueEnum;
 use serde::Serialize;
@@ -12,7 +13,7 @@ use vsonar::ir::{Program, opt, text};
 
 use super::executor::with_stack;
 use super::program::{Loaded, SIZE, size};
-use super::{CliError, output};
+use super::{CliError, interrupt, output};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -154,7 +155,12 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         let bytes = content(kind, &args, &request, &target, object.as_ref())?;
         files.push((kind.file(&request.symbol, &target), bytes));
     }
+    // From here on Ctrl-C waits until the files are in their places.
+    let stop = interrupt::stop_flag()?;
     output::write_files(&args.out, &files, args.force)?;
+    if stop.load(Ordering::Relaxed) {
+        return Err(CliError::Interrupted(format!("{}: all is written", args.out.display())));
+    }
     if args.quiet {
         return Ok(());
     }
