@@ -18,8 +18,7 @@ pub(super) fn slots(i: usize, count: usize, population: usize) -> Range<usize> {
 /// The members that a generation of each island is bred from, by number.
 pub(super) fn pools(members: &[Member], islands: &Islands, generation: u32) -> Vec<Vec<usize>> {
     let count = islands.count as usize;
-    let mut pools: Vec<Vec<usize>> =
-        (0..count).map(|i| slots(i, count, members.len()).collect()).collect();
+    let mut pools: Vec<Vec<usize>> = (0..count).map(|i| slots(i, count, members.len()).collect()).collect();
     if count > 1 && islands.migrants > 0 && generation.is_multiple_of(islands.interval) {
         let ranked: Vec<Vec<usize>> = pools.iter().map(|pool| ranking(members, pool)).collect();
         for (i, pool) in pools.iter_mut().enumerate() {

@@ -21,8 +21,8 @@ use serde::{Deserialize, Serialize};
 use super::selection::{Parsimony, SelectionKind};
 use super::settings_check::set_weight;
 use super::settings_draft::Draft;
-use super::settings_table::{Partial, Places};
 pub use super::settings_table::{Breeding, Creation, Filter, Islands, Selection, Settings};
+use super::settings_table::{Partial, Places};
 use crate::tree::{CreateSettings, CrossoverSettings, MutationSettings, NodeSet, NodeType};
 
 /// Where in the file each field was given, by dotted name, as line and column.
