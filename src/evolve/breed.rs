@@ -186,6 +186,26 @@ mod tests {
     }
 
     #[test]
+    fn operators_take_their_shares() {
+        let mut settings = small();
+        settings.breeding.crossover_probability = 0.2;
+        settings.breeding.hoist_mutation_probability = 0.5;
+        let share = |of: &dyn Fn(&[Offspring]) -> bool| {
+            let offspring = offspring(&settings, 4000, 1);
+            offspring.chunks(2).filter(|pair| of(pair)).count() as f64 / 2000.0
+        };
+        // A few that exchanged equals, or had nothing to hoist, are copies too.
+        let copied = share(&|pair| pair.iter().all(|o| o.copy_of.is_some()));
+        assert!((0.27..0.36).contains(&copied), "{copied}");
+        settings.breeding.crossover_probability = 0.0;
+        settings.breeding.hoist_mutation_probability = 1.0;
+        let parents: u32 = members(&settings, 400).iter().map(|m| m.individual().len() as u32).sum();
+        let children: u32 =
+            offspring(&settings, 400, 1).iter().map(|o| o.genotype.individual().len() as u32).sum();
+        assert!(f64::from(children) < 0.9 * f64::from(parents), "{children} nodes of {parents}");
+    }
+
+    #[test]
     fn copies_are_their_parents() {
         let settings = small();
         let members = members(&settings, 300);

@@ -110,14 +110,13 @@ impl Lexicase {
     }
 
     fn select_class(&self, random: &mut Random) -> usize {
-        let mut candidates = vec![u64::MAX; self.words];
-        if self.classes.len() % 64 != 0 {
-            candidates[self.words - 1] = (1 << (self.classes.len() % 64)) - 1;
-        }
         if self.cases.is_empty() {
             // Nothing tells classes apart only where there is one.
             return 0;
         }
+        let mut candidates = vec![u64::MAX; self.words];
+        // Bits beyond the last class are those of nobody.
+        candidates[self.words - 1] >>= 64 * self.words - self.classes.len();
         let mut order = self.cases.clone();
         for at in 0..order.len() {
             // The order is shuffled as far as it is needed (Fisher and Yates).
