@@ -30,6 +30,8 @@ Examples:
       the published method as it stands
   vsonar evolve --data photos --nodes -raw --trees 1 --set selection.tournament=3
       other settings
+  vsonar evolve --data photos --set selection.kind=lexicase --set selection.elitism=5
+      select parents by single cases, and keep the five best
   vsonar evolve --settings runs/photos-seed-1/settings.toml --seed 2
       the same data and settings again, with another seed
   vsonar evolve --resume runs/photos-seed-1 --generations 100

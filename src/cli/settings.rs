@@ -99,7 +99,11 @@ pub(crate) struct SettingsArgs {
     nodes: Vec<String>,
     /// Any setting by its name in settings.toml, e.g. selection.tournament=3; repeatable
     ///
-    /// Every run folder has a settings.toml in which each setting stands under its meaning.
+    /// Every run folder has a settings.toml in which each setting stands under its meaning. How parents are selected is
+    /// selection.kind: tournament, sharing or lexicase (down-sampled with selection.case_share=0.1); what is done against
+    /// bloat is selection.parsimony: none, lexicographic or double; selection.elitism=N copies the N best. Islands are
+    /// islands.count, islands.interval and islands.migrants. Mutations are probabilities beside
+    /// breeding.crossover_probability: breeding.subtree_mutation_probability, and so on for point, constant and hoist.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 }
@@ -230,6 +234,7 @@ fn value_of(text: &str) -> toml::Value {
 
 #[cfg(test)]
 mod tests {
+    use vsonar::evolve::{Parsimony, SelectionKind};
     use vsonar::tree::NodeType;
 
     use super::*;
@@ -298,12 +303,56 @@ mod tests {
     }
 
     #[test]
+    fn selection_and_variation_are_settings() {
+        let assignments = [
+            "selection.kind=\"lexicase\"",
+            "selection.case_share=0.1",
+            "selection.elitism=5",
+            "selection.parsimony=double",
+            "islands.count=4",
+            "breeding.crossover_probability=0.8",
+            "breeding.hoist_mutation_probability=0.1",
+        ];
+        let changed = with_set(&assignments).expect("all are settings");
+        let selection = &changed.selection;
+        assert_eq!((selection.kind, selection.parsimony), (SelectionKind::Lexicase, Parsimony::Double));
+        assert_eq!((selection.case_share, selection.elitism, changed.islands.count), (0.1, 5, 4));
+        assert_eq!(changed.breeding.hoist_mutation_probability, 0.1);
+    }
+
+    /// The help names every choice there is.
+    #[test]
+    fn the_help_lists_the_choices() {
+        let mut command = <SettingsArgs as clap::Args>::augment_args(clap::Command::new("evolve"));
+        let help = command.render_long_help().to_string();
+        let kinds = [SelectionKind::Tournament, SelectionKind::Sharing, SelectionKind::Lexicase];
+        let parsimony = [Parsimony::None, Parsimony::Lexicographic, Parsimony::Double];
+        let names = kinds.iter().map(|k| format!("{k:?}")).chain(parsimony.iter().map(|p| format!("{p:?}")));
+        for name in names.map(|name| name.to_lowercase()) {
+            assert!(help.contains(&name), "{name}: {help}");
+        }
+        for (field, _) in fields(&Settings::paper()) {
+            let told = ["selection.kind", "selection.case_share", "selection.parsimony", "selection.elitism"];
+            assert!(
+                !(told.contains(&field.as_str()) || field.starts_with("islands.")) || help.contains(&field),
+                "{field}"
+            );
+        }
+    }
+
+    #[test]
     fn wrong_assignments_are_named() {
         for (assignment, said) in [
             ("seed", "KEY=VALUE"),
             ("sed=1", "unknown field"),
             ("selection.size=1", "unknown field"),
             ("selection.kind=best", "best"),
+            ("selection.parsimony=much", "lexicographic"),
+            ("selection.case_share=0", "selection.case_share"),
+            ("islands.count=0", "islands.count"),
+            ("islands.size=9", "unknown field"),
+            ("selection.elitism=4000", "selection.elitism"),
+            ("breeding.subtree_mutation_probability=0.2", "breeding.crossover_probability"),
             ("seed=1\npopulation=5", "--set"),
             ("population=1", "2 to"),
             ("preset=paper", "--preset"),

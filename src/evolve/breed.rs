@@ -5,10 +5,13 @@
 
 use rayon::prelude::*;
 
+use super::islands;
 use super::population::{Genotype, Member};
-use super::selection::tournament;
+use super::selection::{Selector, sample};
 use super::settings::Settings;
-use crate::tree::{CrossoverSettings, Random, subtree_crossover};
+use crate::tree::{
+    CrossoverSettings, Individual, Mutation, MutationError, Mutator, Random, subtree_crossover,
+};
 
 /// A genotype of the next generation.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,47 +21,118 @@ pub(super) struct Offspring {
     pub(super) copy_of: Option<usize>,
 }
 
-/// The genotypes of `generation`, as many as there are members. `scores` are the members' scores in selection.
+/// How parents vary.
+pub(super) struct Variation {
+    crossover: CrossoverSettings,
+    mutator: Mutator,
+    /// Each operator with the sum of its probability and those before it; beyond the last, parents are copied.
+    operators: Vec<(Operator, f64)>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Operator {
+    Crossover,
+    Mutation(Mutation),
+}
+
+impl Variation {
+    pub(super) fn new(settings: &Settings) -> Result<Variation, MutationError> {
+        let b = &settings.breeding;
+        let mut operators = vec![(Operator::Crossover, b.crossover_probability)];
+        let mut sum = b.crossover_probability;
+        for kind in Mutation::ALL {
+            sum += match kind {
+                Mutation::Subtree => b.subtree_mutation_probability,
+                Mutation::Point => b.point_mutation_probability,
+                Mutation::Constant => b.constant_mutation_probability,
+                Mutation::Hoist => b.hoist_mutation_probability,
+            };
+            operators.push((Operator::Mutation(kind), sum));
+        }
+        let mutator = Mutator::new(&settings.create_settings(), &settings.mutation_settings())?;
+        Ok(Variation { crossover: settings.crossover_settings(), mutator, operators })
+    }
+
+    /// The operator for a pair; `None` if the parents are copied.
+    fn draw(&self, random: &mut Random) -> Option<Operator> {
+        let ticket = random.unit();
+        self.operators.iter().find(|&&(_, end)| ticket < end).map(|&(operator, _)| operator)
+    }
+
+    fn apply(&self, operator: Operator, parents: [&Individual; 2], random: &mut Random) -> [Child; 2] {
+        match operator {
+            Operator::Crossover => subtree_crossover(parents[0], parents[1], &self.crossover, random),
+            Operator::Mutation(kind) => parents.map(|parent| self.mutator.mutate(parent, kind, random)),
+        }
+    }
+}
+
+type Child = crate::tree::Offspring;
+
+/// A pair of slots to be filled on an island; the last of an odd number of slots is a pair of which one counts.
+struct Pair {
+    island: usize,
+    slots: usize,
+}
+
+/// The genotypes of `generation`, as many as there are members.
 pub(super) fn breed(
     members: &[Member],
-    scores: &[f64],
     settings: &Settings,
-    crossover_settings: &CrossoverSettings,
+    variation: &Variation,
     generation: u32,
 ) -> Vec<Offspring> {
-    let pairs = members.len().div_ceil(2);
-    let pair = |pair: usize| {
-        let mut random = Random::stream(settings.seed, generation, pair as u32);
-        breed_pair(members, scores, settings, crossover_settings, &mut random)
+    let pools = islands::pools(members, &settings.islands, generation);
+    let cases = members.first().map_or(0, |member| member.outcome.solved.len());
+    let sample = sample(settings, cases, generation);
+    let select = |pool| Selector::new(members, pool, settings, sample.as_ref());
+    let selectors: Vec<Selector<'_>> = pools.par_iter().map(|pool| select(pool)).collect();
+    // Pairs are numbered through all islands; the number says which stream of random numbers is theirs.
+    let elitism = settings.selection.elitism as usize;
+    let mut pairs = Vec::new();
+    for (island, pool) in pools.iter().enumerate() {
+        let slots = pool.len().saturating_sub(elitism);
+        pairs.extend((0..slots).step_by(2).map(|i| Pair { island, slots: (slots - i).min(2) }));
+    }
+    let fill = |(number, pair): (usize, &Pair)| {
+        let mut random = Random::stream(settings.seed, generation, number as u32);
+        let redraws = settings.breeding.redraws;
+        breed_pair(members, &selectors[pair.island], variation, redraws, &mut random)
     };
-    let mut offspring: Vec<Offspring> = (0..pairs).into_par_iter().flat_map_iter(pair).collect();
-    // Of an odd number of slots, the last pair fills one.
-    offspring.truncate(members.len());
+    let bred: Vec<[Offspring; 2]> = pairs.par_iter().enumerate().map(fill).collect();
+    let mut offspring = Vec::with_capacity(members.len());
+    let mut bred = pairs.iter().zip(bred).peekable();
+    for (island, pool) in pools.iter().enumerate() {
+        if elitism > 0 {
+            let best = islands::ranking(members, pool);
+            offspring.extend(best.iter().take(elitism).map(|&i| copy(members, i)));
+        }
+        while let Some((pair, both)) = bred.next_if(|(pair, _)| pair.island == island) {
+            offspring.extend(both.into_iter().take(pair.slots));
+        }
+    }
     offspring
 }
 
 fn breed_pair(
     members: &[Member],
-    scores: &[f64],
-    settings: &Settings,
-    crossover_settings: &CrossoverSettings,
+    selector: &Selector<'_>,
+    variation: &Variation,
+    redraws: u32,
     random: &mut Random,
 ) -> [Offspring; 2] {
-    let size = settings.selection.tournament;
-    let exchange = random.chance(settings.breeding.crossover_probability);
-    let first = tournament(scores, size, random);
-    let mut second = tournament(scores, size, random);
-    for _ in 0..settings.breeding.redraws {
+    let operator = variation.draw(random);
+    let first = selector.select(random);
+    let mut second = selector.select(random);
+    for _ in 0..redraws {
         if second != first {
             break;
         }
-        second = tournament(scores, size, random);
+        second = selector.select(random);
     }
-    if !exchange {
-        return [first, second].map(|i| copy(members, i));
-    }
+    let Some(operator) = operator else { return [first, second].map(|i| copy(members, i)) };
     let of = |i: usize| members[i].individual();
-    let [a, b] = subtree_crossover(of(first), of(second), crossover_settings, random);
+    let [a, b] = variation.apply(operator, [of(first), of(second)], random);
     [(a, first), (b, second)].map(|(child, parent)| {
         // An exchange of equals, or one that went too deep, leaves the parent.
         if child.replaced || child.individual == *of(parent) {
@@ -99,8 +173,7 @@ mod tests {
 
     fn offspring(settings: &Settings, count: u32, generation: u32) -> Vec<Offspring> {
         let members = members(settings, count);
-        let scores = vec![0.0; members.len()];
-        breed(&members, &scores, settings, &settings.crossover_settings(), generation)
+        breed(&members, settings, &Variation::new(settings).expect("sound settings"), generation)
     }
 
     #[test]
@@ -110,6 +183,26 @@ mod tests {
         let pairs = offspring.chunks(2).filter(copied).count();
         // 2,000 pairs, 0.1 each: 200 with a standard deviation of 13.4; a few more that exchanged equals.
         assert!((133..280).contains(&pairs), "{pairs} pairs copied");
+    }
+
+    #[test]
+    fn operators_take_their_shares() {
+        let mut settings = small();
+        settings.breeding.crossover_probability = 0.2;
+        settings.breeding.hoist_mutation_probability = 0.5;
+        let share = |of: &dyn Fn(&[Offspring]) -> bool| {
+            let offspring = offspring(&settings, 4000, 1);
+            offspring.chunks(2).filter(|pair| of(pair)).count() as f64 / 2000.0
+        };
+        // A few that exchanged equals, or had nothing to hoist, are copies too.
+        let copied = share(&|pair| pair.iter().all(|o| o.copy_of.is_some()));
+        assert!((0.27..0.36).contains(&copied), "{copied}");
+        settings.breeding.crossover_probability = 0.0;
+        settings.breeding.hoist_mutation_probability = 1.0;
+        let parents: u32 = members(&settings, 400).iter().map(|m| m.individual().len() as u32).sum();
+        let children: u32 =
+            offspring(&settings, 400, 1).iter().map(|o| o.genotype.individual().len() as u32).sum();
+        assert!(f64::from(children) < 0.9 * f64::from(parents), "{children} nodes of {parents}");
     }
 
     #[test]
@@ -150,9 +243,11 @@ mod tests {
     fn the_best_breed_most() {
         let mut settings = small();
         settings.breeding.crossover_probability = 0.0;
-        let members = members(&settings, 100);
-        let scores: Vec<f64> = (0..100).map(f64::from).collect();
-        let next = breed(&members, &scores, &settings, &settings.crossover_settings(), 1);
+        let mut members = members(&settings, 100);
+        for (i, member) in members.iter_mut().enumerate() {
+            member.outcome.solved = CaseBits::from_fn(100, |case| case < i);
+        }
+        let next = breed(&members, &settings, &Variation::new(&settings).expect("sound settings"), 1);
         let mean = next.iter().filter_map(|o| o.copy_of).sum::<usize>() as f64 / 100.0;
         // The largest of seven of 0..100 is 87 on average.
         assert!((80.0..93.0).contains(&mean), "{mean}");

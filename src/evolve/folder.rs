@@ -192,7 +192,7 @@ impl RunFolder {
             }
             text => text.naming(&file, "read the file")?,
         };
-        let settings = Settings::from_toml(&text, &file.display().to_string())?;
+        let settings = Settings::from_record(&text, &file.display().to_string())?;
         // The text was just read as settings, so it is TOML.
         let data = toml::from_str::<DataTable>(&text).map(|t| t.data).unwrap_or_default();
         let folder = RunFolder::lock(path, data, &settings)?;

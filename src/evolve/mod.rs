@@ -1,7 +1,7 @@
 //! Evolution: a population of individuals, selected and bred generation after generation.
 //!
 //! ```text
-//! settings + training data ─> initial generation ─> scores ─> tournaments ─> crossover ─> evaluation ─┐
+//! settings + training data ─> initial generation ─> scores ─> selection ─> variation ─> evaluation ─┐
 //!                                                      ^──────────── the next generation <────────────┘
 //! ```
 //!
@@ -48,6 +48,8 @@ mod evaluate;
 mod folder;
 mod hall_of_fame;
 mod initial;
+mod islands;
+mod lexicase;
 mod lock;
 mod population;
 mod programs;
@@ -57,6 +59,7 @@ mod run;
 mod settings;
 mod settings_check;
 mod settings_draft;
+mod settings_table;
 mod threads;
 
 pub use checkpoint::{CheckpointError, State};
@@ -69,6 +72,8 @@ pub use population::{Genotype, Member, Outcome};
 pub use progress::Progress;
 pub use record::{GenerationTiming, InitialDraws, Record};
 pub use run::{Evolution, RunError, Score, StopReason, Summary};
-pub use selection::SelectionKind;
-pub use settings::{Breeding, Creation, Fault, Filter, Preset, Selection, Settings, SettingsError};
+pub use selection::{Parsimony, SelectionKind};
+pub use settings::{
+    Breeding, Creation, Fault, Filter, Islands, Preset, Selection, Settings, SettingsError,
+};
 pub use settings_draft::Draft;

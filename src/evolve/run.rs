@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::breed::{Offspring, breed};
+use super::breed::{Offspring, Variation, breed};
 use super::cases::Cases;
 use super::checkpoint::{Origin, State};
 use super::evaluate::{EvaluateError, Evaluator, Tally, Task};
@@ -14,12 +14,11 @@ use super::initial::{self, Initial};
 use super::population::{Genotype, Member};
 use super::progress::Progress;
 use super::record::{GenerationTiming, InitialDraws, Record};
-use super::selection::scores;
 use super::settings::{Settings, SettingsError};
 use crate::dataset::Dataset;
 use crate::exec::Executor;
 use crate::export::Provenance;
-use crate::tree::{CreateError, Creator, CrossoverSettings, Individual};
+use crate::tree::{CreateError, Creator, Individual, MutationError};
 
 /// Why a run could not go on. What was recorded before stays.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +29,9 @@ pub enum RunError {
     /// Individuals cannot be made with the settings.
     #[error(transparent)]
     Create(#[from] CreateError),
+    /// Individuals cannot mutate with the settings.
+    #[error(transparent)]
+    Mutate(#[from] MutationError),
     /// Individuals could not be evaluated.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
@@ -57,7 +59,7 @@ const CACHE_BYTES: usize = 256 << 20;
 pub struct Evolution {
     settings: Settings,
     creator: Creator,
-    crossover: CrossoverSettings,
+    variation: Variation,
     cases: Cases,
     evaluator: Evaluator,
     origin: Origin,
@@ -112,7 +114,7 @@ impl Evolution {
         cases.keep_strips(Evolution::STRIP_BYTES);
         Ok(Evolution {
             creator,
-            crossover: settings.crossover_settings(),
+            variation: Variation::new(&settings)?,
             evaluator: Evaluator::new(executor, threads, cases.len(), CACHE_BYTES)?,
             cases,
             origin: Origin { settings: settings.fingerprint(), data: train.fingerprint() },
@@ -272,8 +274,7 @@ impl Evolution {
         let start = Instant::now();
         let parents = &state.population;
         let generation = state.records.len() as u32;
-        let scores = scores(self.settings.selection.kind, parents);
-        let breed = || breed(parents, &scores, &self.settings, &self.crossover, generation);
+        let breed = || breed(parents, &self.settings, &self.variation, generation);
         let offspring = self.evaluator.threads().pool().install(breed);
         // What equals a parent or an earlier offspring needs no evaluation of its own.
         let all: Vec<&Genotype> =

@@ -1,27 +1,130 @@
 //! Selection: which individuals become parents.
+//!
+//! A parent is the winner of a tournament, on the share of cases solved or on shared fitness, or is chosen by
+//! single cases ([`Lexicase`]). Against bloat, size decides between equals, or in a tournament of its own.
+
+use std::cmp::Ordering;
 
 use serde::{Deserialize, Serialize};
 
-use super::fitness::shared_fitness;
+pub use super::lexicase::Lexicase;
+
+use super::fitness::{CaseBits, shared_fitness};
+use super::lexicase::draw_sample;
 use super::population::Member;
+use super::settings::Settings;
 use crate::tree::Random;
 
-/// What tournaments compare.
+/// How a parent is selected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SelectionKind {
-    /// The share of the cases solved.
+    /// A tournament on the share of the cases solved.
     Tournament,
-    /// Case-wise shared fitness, see [`shared_fitness`]. It keeps different behaviours alive: to solve what
-    /// few others solve is worth more.
+    /// A tournament on case-wise shared fitness, see [`shared_fitness`]. It keeps different behaviours alive: to
+    /// solve what few others solve is worth more.
     Sharing,
+    /// By single cases in random order, see [`Lexicase`].
+    Lexicase,
 }
 
-/// The score of each member that tournaments compare; higher is better.
-pub(super) fn scores(kind: SelectionKind, population: &[Member]) -> Vec<f64> {
-    match kind {
-        SelectionKind::Tournament => population.iter().map(Member::fitness).collect(),
-        SelectionKind::Sharing => shared_fitness(population.iter().map(|m| &m.outcome.solved)),
+/// What is done against bloat when parents are selected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Parsimony {
+    /// Nothing.
+    None,
+    /// Of individuals of equal score, or that solve the same cases in lexicase selection, the smallest is selected.
+    /// S. Luke, L. Panait, *Lexicographic parsimony pressure*, 2002.
+    Lexicographic,
+    /// Two individuals are selected, and the smaller of them is taken with a certain probability: the tournament on
+    /// fitness first, that on size after it. S. Luke, L. Panait, *A comparison of bloat control methods for genetic
+    /// programming*, 2006.
+    Double,
+}
+
+/// The part of the cases that lexicase selection looks at for a generation; `None` if it looks at all.
+pub(super) fn sample(settings: &Settings, cases: usize, generation: u32) -> Option<CaseBits> {
+    let selection = &settings.selection;
+    // No pair of slots has the last of all numbers.
+    let mut random = Random::stream(settings.seed, generation, u32::MAX);
+    (selection.kind == SelectionKind::Lexicase && selection.case_share < 1.0)
+        .then(|| draw_sample(cases, selection.case_share, &mut random))
+}
+
+/// Selects parents from a pool of members.
+pub(super) struct Selector<'a> {
+    pool: &'a [usize],
+    /// Nodes of each of the pool.
+    sizes: Vec<usize>,
+    scheme: Scheme,
+    parsimony: Parsimony,
+    /// Probability that the smaller of two wins a tournament on size.
+    smaller: f64,
+}
+
+enum Scheme {
+    Tournament { scores: Vec<f64>, size: u32 },
+    Lexicase(Lexicase),
+}
+
+impl<'a> Selector<'a> {
+    /// A selector from the members of these numbers; `sample` are the cases that lexicase selection looks at.
+    pub(super) fn new(
+        members: &[Member],
+        pool: &'a [usize],
+        settings: &Settings,
+        sample: Option<&CaseBits>,
+    ) -> Selector<'a> {
+        let selection = &settings.selection;
+        let solved = pool.iter().map(|&i| &members[i].outcome.solved);
+        let sizes: Vec<usize> = pool.iter().map(|&i| members[i].individual().len()).collect();
+        let size = selection.tournament;
+        let scheme = match selection.kind {
+            SelectionKind::Tournament => {
+                Scheme::Tournament { scores: solved.map(CaseBits::fitness).collect(), size }
+            }
+            SelectionKind::Sharing => Scheme::Tournament { scores: shared_fitness(solved), size },
+            SelectionKind::Lexicase => {
+                let mut lexicase = Lexicase::new(solved, sample);
+                if selection.parsimony == Parsimony::Lexicographic {
+                    lexicase.keep_smallest(|i| sizes[i]);
+                }
+                Scheme::Lexicase(lexicase)
+            }
+        };
+        let smaller = selection.size_tournament / 2.0;
+        Selector { pool, sizes, scheme, parsimony: selection.parsimony, smaller }
+    }
+
+    /// The number of the member that is selected.
+    pub(super) fn select(&self, random: &mut Random) -> usize {
+        let first = self.by_fitness(random);
+        if self.parsimony != Parsimony::Double {
+            return self.pool[first];
+        }
+        let second = self.by_fitness(random);
+        let smaller_wins = random.chance(self.smaller);
+        let second_wins = match self.sizes[second].cmp(&self.sizes[first]) {
+            Ordering::Less => smaller_wins,
+            Ordering::Equal => false,
+            Ordering::Greater => !smaller_wins,
+        };
+        self.pool[if second_wins { second } else { first }]
+    }
+
+    /// Selects by fitness; gives the place in the pool.
+    fn by_fitness(&self, random: &mut Random) -> usize {
+        match &self.scheme {
+            Scheme::Tournament { scores, size } if self.parsimony == Parsimony::Lexicographic => {
+                let better = |a: usize, b: usize| {
+                    scores[a] > scores[b] || (scores[a] == scores[b] && self.sizes[a] < self.sizes[b])
+                };
+                contest(scores.len(), *size, better, random)
+            }
+            Scheme::Tournament { scores, size } => tournament(scores, *size, random),
+            Scheme::Lexicase(lexicase) => lexicase.select(random),
+        }
     }
 }
 
@@ -31,10 +134,16 @@ pub(super) fn scores(kind: SelectionKind, population: &[Member]) -> Vec<f64> {
 /// # Panics
 /// If there are no scores.
 pub fn tournament(scores: &[f64], size: u32, random: &mut Random) -> usize {
-    let mut winner = random.below(scores.len() as u64) as usize;
+    contest(scores.len(), size, |rival, winner| scores[rival] > scores[winner], random)
+}
+
+/// Of `size` numbers below `count`, drawn with replacement, the one that no other is better than; of several the first
+/// drawn.
+fn contest(count: usize, size: u32, better: impl Fn(usize, usize) -> bool, random: &mut Random) -> usize {
+    let mut winner = random.below(count as u64) as usize;
     for _ in 1..size {
-        let rival = random.below(scores.len() as u64) as usize;
-        if scores[rival] > scores[winner] {
+        let rival = random.below(count as u64) as usize;
+        if better(rival, winner) {
             winner = rival;
         }
     }

@@ -15,166 +15,18 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
-use toml::Spanned;
 
-use super::selection::SelectionKind;
+use super::selection::{Parsimony, SelectionKind};
 use super::settings_check::set_weight;
 use super::settings_draft::Draft;
-use crate::tree::{CreateSettings, CrossoverSettings, NodeSet, NodeType};
+pub use super::settings_table::{Breeding, Creation, Filter, Islands, Selection, Settings};
+use super::settings_table::{Partial, Places};
+use crate::tree::{CreateSettings, CrossoverSettings, MutationSettings, NodeSet, NodeType};
 
-/// Where in the file each field was given, by dotted name, in bytes.
-type Places = BTreeMap<String, Range<usize>>;
-/// The same as line and column.
+/// Where in the file each field was given, by dotted name, as line and column.
 pub(super) type Given = BTreeMap<String, (usize, usize)>;
-
-/// Declares a table of settings once: its struct, the partial form that a file gives, merging the two, and the
-/// commented text.
-macro_rules! table {
-    (
-        $(#[$meta:meta])*
-        $name:ident, $partial:ident {
-            $($(#[doc = $doc:literal])+ $field:ident: $ty:ty,)+
-        }
-        $(tables { $($(#[doc = $tdoc:literal])+ $table:ident: $tname:ident, $tpartial:ident,)+ })?
-    ) => {
-        $(#[$meta])*
-        #[derive(Debug, Clone, PartialEq)]
-        pub struct $name {
-            $($(#[doc = $doc])+ pub $field: $ty,)+
-            $(
-                $($(#[doc = $tdoc])+ pub $table: $tname,)+
-                /// The node types in use and their weights.
-                pub nodes: NodeSet,
-            )?
-        }
-
-        #[derive(Debug, Default, Deserialize)]
-        #[serde(deny_unknown_fields, default)]
-        struct $partial {
-            $($field: Option<Spanned<$ty>>,)+
-            $($($table: $tpartial,)+ preset: Option<Preset>, nodes: BTreeMap<String, Spanned<u32>>, data: toml::Table,)?
-        }
-
-        impl $name {
-            fn merge_partial(&mut self, prefix: &str, partial: $partial, places: &mut Places) {
-                $(if let Some(value) = partial.$field {
-                    places.insert(format!("{prefix}{}", stringify!($field)), value.span());
-                    self.$field = value.into_inner();
-                })+
-                $($(self.$table.merge_partial(concat!(stringify!($table), "."), partial.$table, places);)+)?
-            }
-
-            fn write(&self, out: &mut String) {
-                $(
-                    $(let _ = writeln!(out, "#{}", $doc);)+
-                    let _ = writeln!(out, "{} = {}", stringify!($field), inline(&self.$field));
-                )+
-                $($(
-                    let _ = writeln!(out);
-                    $(let _ = writeln!(out, "#{}", $tdoc);)+
-                    let _ = writeln!(out, "[{}]", stringify!($table));
-                    self.$table.write(out);
-                )+)?
-            }
-        }
-    };
-}
-
-fn inline(value: &impl Serialize) -> String {
-    // Numbers, truth values and names always have a TOML form.
-    toml::Value::try_from(value).map(|v| v.to_string()).unwrap_or_default()
-}
-
-table! {
-    /// How random trees are made.
-    Creation, PartialCreation {
-        /// Least of the maximum depths of new trees; the root has depth 0.
-        min_depth: u32,
-        /// Greatest of the maximum depths of new trees.
-        max_depth: u32,
-        /// Probability of the full method, else grow.
-        full_probability: f64,
-        /// Probability that the grow method takes a leaf above the last level.
-        grow_leaf_probability: f64,
-        /// Depth a column expression is grown within, counted from its own root.
-        column_depth: u32,
-        /// Probability that a column expression starts as plain `x-obstacle`.
-        plain_column_probability: f64,
-        /// Least magnitude of a random constant (log-uniform, either sign).
-        constant_min: f64,
-        /// Greatest magnitude of a random constant.
-        constant_max: f64,
-    }
-}
-
-table! {
-    /// How offspring are bred.
-    Breeding, PartialBreeding {
-        /// Probability that a pair of slots is filled by crossover, else by copies of the parents.
-        crossover_probability: f64,
-        /// Probability of choosing an internal point, else a leaf.
-        internal_probability: f64,
-        /// An offspring deeper than this is replaced by the parent it comes from.
-        max_depth: u32,
-        /// How often the second parent is drawn again while it is the first.
-        redraws: u32,
-    }
-}
-
-table! {
-    /// How parents are selected.
-    Selection, PartialSelection {
-        /// What a tournament compares: "tournament" the share of cases solved, "sharing" the case-wise shared
-        /// fitness, in which a solved case counts 1 / number of individuals that solve it.
-        kind: SelectionKind,
-        /// Individuals drawn for a tournament, with replacement.
-        tournament: u32,
-    }
-}
-
-table! {
-    /// The filter of initial individuals.
-    Filter, PartialFilter {
-        /// Whether initial individuals are filtered at all.
-        enabled: bool,
-        /// Least share of the answers that lie within the image, 0 to height - 1.
-        in_range: f64,
-        /// Least number of distinct finite answers (or half the number of distinct labels, if that is less).
-        distinct: u32,
-        /// After so many draws the last is kept, and counted in the log.
-        max_draws: u32,
-    }
-}
-
-table! {
-    /// Every setting that shapes a run. Threads, executor and quietness are not among them: they change no
-    /// result.
-    Settings, Partial {
-        /// Seed of every random choice, 0 to 2^63 - 1.
-        seed: u64,
-        /// Individuals in a generation.
-        population: u32,
-        /// Generations, the initial one included.
-        generations: u32,
-        /// Trees of an individual: 2, or 1 for detectors without a first pass.
-        trees: u32,
-        /// An answer is correct within this many rows of the label.
-        tolerance: f64,
-    }
-    tables {
-        /// How random trees are made: ramped half-and-half.
-        creation: Creation, PartialCreation,
-        /// How offspring are bred.
-        breeding: Breeding, PartialBreeding,
-        /// How parents are selected.
-        selection: Selection, PartialSelection,
-        /// The filter of initial individuals: drawn again until the answers on the training cases look like answers.
-        filter: Filter, PartialFilter,
-    }
-}
 
 /// A named starting point of the settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
@@ -274,11 +126,25 @@ impl Settings {
             },
             breeding: Breeding {
                 crossover_probability: 0.9,
+                subtree_mutation_probability: 0.0,
+                point_mutation_probability: 0.0,
+                constant_mutation_probability: 0.0,
+                hoist_mutation_probability: 0.0,
+                mutation_depth: 4,
+                constant_step: 0.5,
                 internal_probability: 0.9,
                 max_depth: 17,
                 redraws: 10,
             },
-            selection: Selection { kind: SelectionKind::Tournament, tournament: 7 },
+            selection: Selection {
+                kind: SelectionKind::Tournament,
+                tournament: 7,
+                case_share: 1.0,
+                elitism: 0,
+                parsimony: Parsimony::None,
+                size_tournament: 1.4,
+            },
+            islands: Islands { count: 1, interval: 10, migrants: 5 },
             filter: Filter { enabled: false, in_range: 0.5, distinct: 20, max_draws: 1000 },
             nodes: NodeSet::default(),
         }
@@ -300,6 +166,17 @@ impl Settings {
     /// If the text is not TOML, a field is unknown, or a value impossible; `file` names the source in messages.
     pub fn from_toml(text: &str, file: &str) -> Result<Settings, SettingsError> {
         Settings::default_preset().with_toml(text, file)
+    }
+
+    /// The settings that a run folder records: fields it lacks, because an earlier revision wrote it, mean what runs
+    /// did then, whatever presets say now.
+    ///
+    /// # Errors
+    /// As [`Settings::from_toml`].
+    pub(super) fn from_record(text: &str, file: &str) -> Result<Settings, SettingsError> {
+        let mut settings = Settings::default_preset();
+        settings.reset_later();
+        settings.with_toml(text, file)
     }
 
     /// These settings with what `text` gives laid over them. A preset it names counts first. To check only what
@@ -342,8 +219,13 @@ impl Settings {
 
     /// The settings in full, every field under its meaning.
     pub fn to_toml(&self) -> String {
+        self.list(false)
+    }
+
+    /// The settings as TOML, without fields that came later and are off if they are to be `left_out`.
+    fn list(&self, left_out: bool) -> String {
         let mut out = String::new();
-        self.write(&mut out);
+        self.write(&mut out, left_out);
         out.push_str("\n# Weight of each node type beside the others that fit the same place; 0 leaves it out.\n[nodes]\n");
         for node_type in NodeType::all() {
             let _ = writeln!(out, "{:?} = {}", node_type.name(), self.nodes.weight(node_type));
@@ -384,6 +266,17 @@ impl Settings {
         }
     }
 
+    /// What of these settings is for mutation.
+    pub fn mutation_settings(&self) -> MutationSettings {
+        let b = &self.breeding;
+        MutationSettings {
+            internal_probability: b.internal_probability,
+            max_depth: b.max_depth as usize,
+            subtree_depth: b.mutation_depth as usize,
+            constant_step: b.constant_step,
+        }
+    }
+
     /// These settings for a resumed run that shall have `generations` in all.
     ///
     /// # Errors
@@ -397,9 +290,9 @@ impl Settings {
     }
 
     /// A number that differs (but for chance) between settings that give different runs. The number of
-    /// generations is not part of it, for it may grow.
+    /// generations is not part of it, for it may grow; nor is what earlier revisions did not have, while it is off.
     pub fn fingerprint(&self) -> u64 {
-        let text = Settings { generations: 0, ..self.clone() }.to_toml();
+        let text = Settings { generations: 0, ..self.clone() }.list(true);
         let fields = text.lines().filter(|line| !line.starts_with('#'));
         super::fitness::hash64(fields.flat_map(|line| line.bytes().chain([b'\n'])).map(u64::from))
     }

@@ -106,7 +106,8 @@ impl Settings {
 
     fn check_rest(&self) -> Result<(), Fault> {
         let (b, s, f) = (&self.breeding, &self.selection, &self.filter);
-        probability("breeding.crossover_probability", b.crossover_probability)?;
+        self.check_mutation()?;
+        self.check_islands()?;
         probability("breeding.internal_probability", b.internal_probability)?;
         must(b.redraws <= 1000, "breeding.redraws", b.redraws, "0 to 1,000")?;
         must(
@@ -114,6 +115,18 @@ impl Settings {
             "selection.tournament",
             s.tournament,
             "1 to 1,000,000",
+        )?;
+        must(
+            s.case_share > 0.0 && s.case_share <= 1.0,
+            "selection.case_share",
+            s.case_share,
+            "more than 0 and at most 1",
+        )?;
+        must(
+            (1.0..=2.0).contains(&s.size_tournament),
+            "selection.size_tournament",
+            s.size_tournament,
+            "1 to 2",
         )?;
         probability("filter.in_range", f.in_range)?;
         must(
@@ -128,6 +141,60 @@ impl Settings {
             must: format!("enough to make trees of: {error}"),
             beside: None,
         })
+    }
+}
+
+/// The sum of probabilities may be beyond 1 by what their roundings come to.
+const ROUNDING: f64 = 1e-9;
+
+impl Settings {
+    fn check_mutation(&self) -> Result<(), Fault> {
+        let b = &self.breeding;
+        probability("breeding.crossover_probability", b.crossover_probability)?;
+        let mut sum = b.crossover_probability;
+        for (field, value) in [
+            ("breeding.subtree_mutation_probability", b.subtree_mutation_probability),
+            ("breeding.point_mutation_probability", b.point_mutation_probability),
+            ("breeding.constant_mutation_probability", b.constant_mutation_probability),
+            ("breeding.hoist_mutation_probability", b.hoist_mutation_probability),
+        ] {
+            probability(field, value)?;
+            let room = (1.0 - sum).max(0.0);
+            sum += value;
+            let most = format!(
+                "at most {room:.6}, what `breeding.crossover_probability` and the mutations named before it in \
+                 settings.toml leave of 1"
+            );
+            must(value == 0.0 || sum <= 1.0 + ROUNDING, field, value, &most)
+                .beside("breeding.crossover_probability")?;
+        }
+        let depth = b.mutation_depth;
+        must((1..=100).contains(&depth), "breeding.mutation_depth", depth, "1 to 100")?;
+        must(
+            b.constant_step > 0.0 && b.constant_step <= 10.0,
+            "breeding.constant_step",
+            b.constant_step,
+            "more than 0 and at most 10",
+        )
+    }
+
+    fn check_islands(&self) -> Result<(), Fault> {
+        let i = &self.islands;
+        let half = format!("1 to half the population, {}", self.population / 2);
+        must((1..=self.population / 2).contains(&i.count), "islands.count", i.count, &half)
+            .beside("population")?;
+        must((1..=1_000_000).contains(&i.interval), "islands.interval", i.interval, "1 to 1,000,000")?;
+        let island = self.population / i.count;
+        if i.count > 1 {
+            let fewer = format!("less than an island has individuals, {island}");
+            must(i.migrants < island, "islands.migrants", i.migrants, &fewer).beside("islands.count")?;
+        }
+        let elitism = self.selection.elitism;
+        let fewer = match i.count {
+            1 => format!("less than the population, {island}"),
+            _ => format!("less than an island has individuals, {island}"),
+        };
+        must(elitism < island, "selection.elitism", elitism, &fewer).beside("population")
     }
 }
 

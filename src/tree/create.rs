@@ -160,6 +160,16 @@ impl Pool {
         let ticket = random.below(total);
         self.nodes[self.ends.partition_point(|&end| end <= ticket)]
     }
+
+    /// The nodes that may stand for `node`, with their weights: those with as many arguments but itself, and constants.
+    fn alternatives(&self, node: Node) -> impl Iterator<Item = (Node, u64)> + '_ {
+        let starts = std::iter::once(&0).chain(&self.ends);
+        let weights = self.ends.iter().zip(starts).map(|(end, start)| end - start);
+        self.nodes.iter().copied().zip(weights).filter(move |&(other, _)| {
+            let is_constant = matches!(other, Node::Constant(_));
+            other.arity() == node.arity() && (is_constant || other.node_type() != node.node_type())
+        })
+    }
 }
 
 /// The functions and the leaves that fit a place.
@@ -237,21 +247,100 @@ impl Creator {
     /// A random tree. Drawn in this order: maximum depth, method, direction, rectangle, whether the column is
     /// plain, the column expression, the body.
     pub fn tree(&self, which: TreeIndex, random: &mut Random) -> Tree {
-        let CreateSettings { min_depth, max_depth, column_depth, grow_leaf_probability: leaf, .. } =
-            self.settings;
+        let CreateSettings { min_depth, max_depth, grow_leaf_probability: leaf, .. } = self.settings;
         let depth = min_depth + random.index(max_depth - min_depth + 1);
         let full = random.chance(self.settings.full_probability);
         let mut nodes = vec![self.roots.draw(random), self.rectangles.draw(random)];
-        if random.chance(self.settings.plain_column_probability) {
-            nodes.push(Node::XObstacle);
-        } else {
-            let shape = Shape { choice: &self.columns[which as usize], last: 1 + column_depth, leaf };
-            self.expression(&mut nodes, &shape, 1, random);
-        }
+        self.column(&mut nodes, which, random);
         let choice = &self.bodies[which as usize];
         let shape = Shape { choice, last: depth, leaf: if full { 0.0 } else { leaf } };
         self.call(&mut nodes, &shape, 1, random);
         Tree::within_depth(nodes, MAX_DEPTH).expect("the settings bound the depth")
+    }
+
+    /// Appends a column expression of a new tree.
+    fn column(&self, nodes: &mut Vec<Node>, which: TreeIndex, random: &mut Random) {
+        if random.chance(self.settings.plain_column_probability) {
+            nodes.push(Node::XObstacle);
+        } else {
+            self.grow(nodes, Place::Column, which, self.settings.column_depth, random);
+        }
+    }
+
+    /// Appends an expression for this place, grown within `depth` of its own root.
+    fn grow(&self, nodes: &mut Vec<Node>, place: Place, which: TreeIndex, depth: usize, random: &mut Random) {
+        let leaf = self.settings.grow_leaf_probability;
+        let shape = Shape { choice: self.choice(place, which), last: 1 + depth, leaf };
+        self.expression(nodes, &shape, 1, random);
+    }
+
+    /// The nodes for a column expression or a body.
+    fn choice(&self, place: Place, which: TreeIndex) -> &Choice {
+        let choices = if place == Place::Column { &self.columns } else { &self.bodies };
+        &choices[which as usize]
+    }
+
+    /// A new subtree for this place: a whole tree for the root, a rectangle, a column expression of a new tree if it
+    /// is to be a `whole` one, else an expression grown within the depth of columns, or for a body within `depth`.
+    pub(super) fn subtree(
+        &self,
+        (place, whole): (Place, bool),
+        which: TreeIndex,
+        depth: usize,
+        random: &mut Random,
+    ) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        match place {
+            Place::Root => return self.tree(which, random).nodes().to_vec(),
+            Place::Rect => nodes.push(self.rectangles.draw(random)),
+            Place::Column if whole => self.column(&mut nodes, which, random),
+            Place::Column => self.grow(&mut nodes, place, which, self.settings.column_depth, random),
+            Place::Body => self.grow(&mut nodes, place, which, depth, random),
+        }
+        nodes
+    }
+
+    /// Where the nodes that may stand for `node` in this place are drawn from.
+    fn pool(&self, node: Node, place: Place, which: TreeIndex) -> &Pool {
+        match place {
+            Place::Root => &self.roots,
+            Place::Rect => &self.rectangles,
+            _ if node.is_function() => &self.choice(place, which).functions,
+            _ => &self.choice(place, which).leaves,
+        }
+    }
+
+    /// Whether [`Creator::replacement`] finds another node for this one.
+    pub(super) fn is_replaceable(&self, node: Node, place: Place, which: TreeIndex) -> bool {
+        self.pool(node, place, which).alternatives(node).next().is_some()
+    }
+
+    /// Another node with as many arguments for this place, drawn by the weights; a constant may give way to another
+    /// constant. `None` if there is none.
+    pub(super) fn replacement(
+        &self,
+        node: Node,
+        place: Place,
+        which: TreeIndex,
+        random: &mut Random,
+    ) -> Option<Node> {
+        let pool = self.pool(node, place, which);
+        let total: u64 = pool.alternatives(node).map(|(_, weight)| weight).sum();
+        let mut ticket = random.below(total.max(1));
+        for (other, weight) in pool.alternatives(node) {
+            if ticket < weight {
+                return Some(if let Node::Constant(_) = other { self.constant(random) } else { other });
+            }
+            ticket -= weight;
+        }
+        None
+    }
+
+    /// A constant times `factor`, its magnitude kept within that of random constants.
+    pub(super) fn scaled(&self, constant: f32, factor: f64) -> f32 {
+        let CreateSettings { constant_min: min, constant_max: max, .. } = self.settings;
+        let magnitude = (f64::from(constant).abs() * factor) as f32;
+        magnitude.clamp(min, max).copysign(constant)
     }
 
     /// Appends an expression whose root is at `depth`.

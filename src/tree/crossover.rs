@@ -56,8 +56,15 @@ impl CrossoverSettings {
 pub struct Offspring {
     /// The individual, or a copy of the parent that it comes from.
     pub individual: Individual,
-    /// Whether the exchange would have made the individual too deep, so that it is the parent again.
+    /// Whether crossover or mutation would have made the individual too deep, or had nothing to change, so that it is
+    /// the parent again.
     pub replaced: bool,
+}
+
+impl Offspring {
+    pub(super) fn parent(parent: &Individual) -> Offspring {
+        Offspring { individual: parent.clone(), replaced: true }
+    }
 }
 
 /// Exchanges a subtree of one individual with one of another, in their first trees or in their second, each with
@@ -87,52 +94,51 @@ pub fn subtree_crossover(
     let both_have_first = a.first().is_some() && b.first().is_some();
     let in_first = both_have_first && random.chance(0.5);
     let (tree_a, tree_b) = (tree(a, in_first), tree(b, in_first));
-    let point_a = point(tree_a.nodes(), settings, random);
+    let point_a = point(tree_a.nodes(), settings.internal_probability, random);
     let among = tree_b.range(tree_a.place(point_a));
-    let point_b = among.start + point(&tree_b.nodes()[among], settings, random);
-    let (part_a, part_b) = (tree_a.subtree(point_a), tree_b.subtree(point_b));
+    let point_b = among.start + point(&tree_b.nodes()[among], settings.internal_probability, random);
+    let (at_a, at_b) = (tree_a.subtree(point_a), tree_b.subtree(point_b));
+    let (part_a, part_b) = (&tree_a.nodes()[at_a.clone()], &tree_b.nodes()[at_b.clone()]);
     [
-        offspring(a, in_first, (tree_a, part_a.clone()), (tree_b, part_b.clone()), settings),
-        offspring(b, in_first, (tree_b, part_b), (tree_a, part_a), settings),
+        offspring(a, in_first, at_a, part_b, settings.max_depth),
+        offspring(b, in_first, at_b, part_a, settings.max_depth),
     ]
 }
 
-fn tree(of: &Individual, first: bool) -> &Tree {
+pub(super) fn tree(of: &Individual, first: bool) -> &Tree {
     of.first().filter(|_| first).unwrap_or(of.second())
 }
 
 /// A node of a tree, or of a part of one: a function with the given probability if there is one, else a leaf.
-fn point(nodes: &[Node], settings: &CrossoverSettings, random: &mut Random) -> usize {
+pub(super) fn point(nodes: &[Node], internal_probability: f64, random: &mut Random) -> usize {
     // Where there is no choice, nothing is drawn. A root by itself is a function without a leaf.
     if nodes.len() == 1 {
         return 0;
     }
     let functions = nodes.iter().filter(|node| node.is_function()).count();
-    let function = functions > 0 && random.chance(settings.internal_probability);
+    let function = functions > 0 && random.chance(internal_probability);
     let candidates = if function { functions } else { nodes.len() - functions };
     let chosen = random.index(candidates);
     let mut of_kind = (0..nodes.len()).filter(|&i| nodes[i].is_function() == function);
     of_kind.nth(chosen).expect("fewer are skipped than there are")
 }
 
-/// `parent` with a part of one of its trees replaced by a part of another tree.
-fn offspring(
+/// `parent` with a part of one of its trees replaced by other nodes, or the parent again if that cannot be.
+pub(super) fn offspring(
     parent: &Individual,
     in_first: bool,
-    (into, hole): (&Tree, Range<usize>),
-    (from, part): (&Tree, Range<usize>),
-    settings: &CrossoverSettings,
+    hole: Range<usize>,
+    part: &[Node],
+    max_depth: usize,
 ) -> Offspring {
-    let replaced = || Offspring { individual: parent.clone(), replaced: true };
+    let into = tree(parent, in_first);
     if into.len() - hole.len() + part.len() > MAX_NODES {
-        return replaced();
+        return Offspring::parent(parent);
     }
     let (before, after) = (&into.nodes()[..hole.start], &into.nodes()[hole.end..]);
-    let nodes = [before, &from.nodes()[part], after].concat();
-    match Tree::within_depth(nodes, settings.max_depth).map(|tree| parent.with_tree(in_first, tree)) {
-        Some(Ok(individual)) if individual.depth() <= settings.max_depth => {
-            Offspring { individual, replaced: false }
-        }
-        _ => replaced(),
+    let nodes = [before, part, after].concat();
+    match Tree::within_depth(nodes, max_depth).map(|tree| parent.with_tree(in_first, tree)) {
+        Some(Ok(individual)) if individual.depth() <= max_depth => Offspring { individual, replaced: false },
+        _ => Offspring::parent(parent),
     }
 }

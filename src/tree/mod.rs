@@ -1,7 +1,7 @@
-//! The genotype: individuals of one or two typed trees, their text form, creation and crossover.
+//! The genotype: individuals of one or two typed trees, their text form, creation, crossover and mutation.
 //!
 //! An [`Individual`] comes from a `.gp` file ([`Individual::load`]), from [`Creator`] at random, or from
-//! [`subtree_crossover`] of two others. It goes to `lower` to become a program of the register IR, or to
+//! [`subtree_crossover`] of two others or from another by a [`Mutator`]. It goes to `lower` to become a program of the register IR, or to
 //! the tree walker of [`exec`](crate::exec), which runs it as it is. What nodes there are, and where each may
 //! stand, is one table, the rows of which are the variants of [`Node`].
 //!
@@ -21,6 +21,7 @@ mod create;
 mod crossover;
 mod error;
 mod individual;
+mod mutation;
 mod node;
 mod nodeset;
 mod parse;
@@ -34,6 +35,7 @@ pub use create::{CreateError, CreateSettings, Creator};
 pub use crossover::{CrossoverError, CrossoverSettings, Offspring, subtree_crossover};
 pub use error::{ParseError, ParseErrorKind, Position, ProgramFileError};
 pub use individual::{Individual, MAX_DEPTH, MAX_NODES, Tree, TreeError, TreeIndex, subtree};
+pub use mutation::{Mutation, MutationError, MutationSettings, Mutator};
 pub use node::{Node, NodeType};
 pub use nodeset::{MAX_WEIGHT, NodeSet, NodeSetError};
 pub use place::{Group, Place};

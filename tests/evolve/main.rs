@@ -5,5 +5,6 @@ mod checkpoints;
 mod common;
 mod determinism;
 mod folders;
+mod schemes;
 mod settings;
 mod statistics;

@@ -66,6 +66,22 @@ fn impossible_values() {
         ("[creation]\nconstant_max = 0.001", "2:16", "creation.constant_max"),
         ("[selection]\ntournament = 0", "2:14", "selection.tournament"),
         ("[filter]\nmax_draws = 0", "2:13", "filter.max_draws"),
+        ("[breeding]\nsubtree_mutation_probability = -0.1", "2:32", "breeding.subtree_mutation_probability"),
+        ("[breeding]\npoint_mutation_probability = 0.11", "2:30", "breeding.point_mutation_probability"),
+        ("[breeding]\nconstant_mutation_probability = nan", "2:33", "breeding.constant_mutation_probability"),
+        ("[breeding]\nhoist_mutation_probability = 2", "2:30", "breeding.hoist_mutation_probability"),
+        ("[breeding]\nmutation_depth = 0", "2:18", "breeding.mutation_depth"),
+        ("[breeding]\nconstant_step = 0.0", "2:17", "breeding.constant_step"),
+        ("[breeding]\nconstant_step = inf", "2:17", "breeding.constant_step"),
+        ("[selection]\ncase_share = 0.0", "2:14", "selection.case_share"),
+        ("[selection]\ncase_share = 1.01", "2:14", "selection.case_share"),
+        ("[selection]\nsize_tournament = 0.9", "2:19", "selection.size_tournament"),
+        ("[selection]\nelitism = 4000", "2:11", "selection.elitism"),
+        ("[islands]\ncount = 0", "2:9", "islands.count"),
+        ("[islands]\ncount = 2001", "2:9", "islands.count"),
+        ("[islands]\ninterval = 0", "2:12", "islands.interval"),
+        ("[islands]\ncount = 100\nmigrants = 40", "3:12", "islands.migrants"),
+        ("population = 40\n[islands]\ncount = 10", "3:9", "islands.migrants"),
         ("[nodes]\nsqrt = 1", "2:8", "nodes.sqrt"),
         ("[nodes]\nraw = 1001", "2:7", "nodes.raw"),
     ] {
@@ -75,6 +91,54 @@ fn impossible_values() {
     let mut settings = Settings::paper();
     settings.seed = u64::MAX;
     assert!(settings.validate().expect_err("too large").to_string().contains("9223372036854775807"));
+}
+
+/// Each mutation takes its share of what crossover leaves.
+#[test]
+fn operators_share_one_probability() {
+    let e = error("[breeding]\nsubtree_mutation_probability = 0.08\nhoist_mutation_probability = 0.04\n");
+    assert!(
+        e.starts_with("my.toml:3:30: ") && e.contains("`breeding.hoist_mutation_probability` is 0.04"),
+        "{e}"
+    );
+    assert!(e.contains("at most 0.020000") && e.contains("`breeding.crossover_probability`"), "{e}");
+    // The roundings of tenths are no fault.
+    let text = "[breeding]\ncrossover_probability = 0.6\nsubtree_mutation_probability = 0.1\n\
+                point_mutation_probability = 0.1\nconstant_mutation_probability = 0.1\n\
+                hoist_mutation_probability = 0.1\n";
+    Settings::from_toml(text, "x").expect("all of 1");
+}
+
+/// Where there are no islands, what is set for them does not matter.
+#[test]
+fn small_populations_need_no_settings_of_islands() {
+    for text in ["population = 2", "population = 5\n[selection]\nelitism = 4\n[islands]\nmigrants = 100"] {
+        Settings::from_toml(text, "x").expect("sound");
+    }
+    let e = error("population = 3\n[selection]\nelitism = 3");
+    assert!(e.contains("`selection.elitism` is 3") && e.contains("less than the population, 3"), "{e}");
+}
+
+#[test]
+fn choices_are_named() {
+    let e = error("[selection]\nkind = \"roulette\"\n");
+    assert!(["tournament", "sharing", "lexicase"].iter().all(|kind| e.contains(kind)), "{e}");
+    let e = error("[selection]\nparsimony = \"tarpeian\"\n");
+    assert!(["none", "lexicographic", "double"].iter().all(|kind| e.contains(kind)), "{e}");
+    let text = Settings::paper().to_toml();
+    let choices =
+        ["\"tournament\"", "\"sharing\"", "\"lexicase\"", "\"none\"", "\"lexicographic\"", "\"double\""];
+    assert!(choices.iter().all(|kind| text.contains(kind)), "{text}");
+}
+
+/// The fingerprints that the revision before these fields recorded in checkpoints.
+#[test]
+fn what_came_later_and_is_off_leaves_fingerprints_alone() {
+    let mut small = Settings::default_preset();
+    (small.population, small.generations) = (200, 4);
+    assert_eq!(small.fingerprint(), 6_976_453_483_606_610_770);
+    small.selection.elitism = 1;
+    assert_ne!(small.fingerprint(), 6_976_453_483_606_610_770);
 }
 
 #[test]
@@ -132,6 +196,10 @@ fn every_field_changes_the_fingerprint_but_generations() {
             "true" => "false".to_string(),
             "false" => "true".to_string(),
             "\"sharing\"" => "\"tournament\"".to_string(),
+            "\"none\"" => "\"lexicographic\"".to_string(),
+            // The probability of mutation has the room that crossover leaves.
+            "0.0" => "0.0625".to_string(),
+            "0" => "1".to_string(),
             number if table == "[nodes]\n" => format!("{number}7"),
             number if number.contains('.') => {
                 format!("{:?}", number.parse::<f64>().expect("a number") * 0.75)

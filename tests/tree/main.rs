@@ -4,6 +4,7 @@ mod create;
 mod crossover;
 mod errors;
 mod fmrb;
+mod mutation;
 mod shape;
 mod text;
 mod walker;
