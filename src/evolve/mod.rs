@@ -70,5 +70,5 @@ pub use progress::Progress;
 pub use record::{GenerationTiming, InitialDraws, Record};
 pub use run::{Evolution, RunError, Score, StopReason, Summary};
 pub use selection::SelectionKind;
-pub use settings::{Breeding, Creation, Fault, Filter, Preset, Selection, Settings, SettingsError};
+pub use settings::{Augmentation, Breeding, Creation, Fault, Filter, Preset, Selection, Settings, SettingsError};
 pub use settings_draft::Draft;

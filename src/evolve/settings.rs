@@ -23,6 +23,7 @@ use toml::Spanned;
 use super::selection::SelectionKind;
 use super::settings_check::set_weight;
 use super::settings_draft::Draft;
+use crate::dataset::Variation;
 use crate::tree::{CreateSettings, CrossoverSettings, NodeSet, NodeType};
 
 /// Where in the file each field was given, by dotted name, in bytes.
@@ -150,6 +151,33 @@ table! {
 }
 
 table! {
+    /// Altered copies of the training images.
+    Augmentation, PartialAugmentation {
+        /// Copies of each training image, every one altered by its own draw from the limits below; none while all of
+        /// those are 0.
+        variants: u32,
+        /// Probability that a copy is mirrored.
+        mirror: f64,
+        /// Greatest change of the light, as a share s: gray levels times a factor from 1 / (1 + s) to 1 + s.
+        gain: f64,
+        /// Greatest change of brightness, in gray levels added or taken away.
+        brightness: f64,
+        /// Greatest change of contrast, as a share s: distances from middle gray times a factor as above.
+        contrast: f64,
+        /// Greatest change of the exponent of the sensor's response, as a share s: an exponent as the factor above.
+        gamma: f64,
+        /// Greatest standard deviation of Gaussian noise, in gray levels.
+        noise: f64,
+        /// Greatest standard deviation of a Gaussian blur, in pixels.
+        blur: f64,
+        /// Greatest shift to either side, in pixels; a column that is shifted out of the image is no case.
+        shift_x: u32,
+        /// Greatest shift up or down, in pixels; labels move along.
+        shift_y: u32,
+    }
+}
+
+table! {
     /// Every setting that shapes a run. Threads, executor and quietness are not among them: they change no
     /// result.
     Settings, Partial {
@@ -173,6 +201,42 @@ table! {
         selection: Selection, PartialSelection,
         /// The filter of initial individuals: drawn again until the answers on the training cases look like answers.
         filter: Filter, PartialFilter,
+        /// Altered copies of the training images, on which individuals are evaluated beside the images themselves. All
+        /// else that is said of training cases means these too, but for the filter, which looks at unaltered ones alone.
+        augmentation: Augmentation, PartialAugmentation,
+    }
+}
+
+impl Augmentation {
+    /// No alteration: the training images as they are.
+    pub const OFF: Augmentation = Augmentation {
+        variants: 1,
+        mirror: 0.0,
+        gain: 0.0,
+        brightness: 0.0,
+        contrast: 0.0,
+        gamma: 0.0,
+        noise: 0.0,
+        blur: 0.0,
+        shift_x: 0,
+        shift_y: 0,
+    };
+
+    fn variation(&self) -> Variation {
+        let Augmentation {
+            variants,
+            mirror,
+            gain,
+            brightness,
+            contrast,
+            gamma,
+            noise,
+            blur,
+            shift_x,
+            shift_y,
+        } = *self;
+        let copies = variants;
+        Variation { copies, mirror, gain, brightness, contrast, gamma, noise, blur, shift_x, shift_y }
     }
 }
 
@@ -280,6 +344,7 @@ impl Settings {
             },
             selection: Selection { kind: SelectionKind::Tournament, tournament: 7 },
             filter: Filter { enabled: false, in_range: 0.5, distinct: 20, max_draws: 1000 },
+            augmentation: Augmentation::OFF,
             nodes: NodeSet::default(),
         }
     }
@@ -376,6 +441,11 @@ impl Settings {
         }
     }
 
+    /// What of these settings is for the copies of training images.
+    pub fn variation(&self) -> Variation {
+        self.augmentation.variation()
+    }
+
     /// What of these settings is for crossover.
     pub fn crossover_settings(&self) -> CrossoverSettings {
         CrossoverSettings {
@@ -400,7 +470,14 @@ impl Settings {
     /// generations is not part of it, for it may grow.
     pub fn fingerprint(&self) -> u64 {
         let text = Settings { generations: 0, ..self.clone() }.to_toml();
-        let fields = text.lines().filter(|line| !line.starts_with('#'));
+        // Runs of releases that did not augment go on: while it is off, its table is as if it were not there.
+        let mut counts = true;
+        let fields = text.lines().filter(|line| {
+            if line.starts_with('[') {
+                counts = *line != "[augmentation]" || self.augmentation != Augmentation::OFF;
+            }
+            counts && !line.starts_with('#')
+        });
         super::fitness::hash64(fields.flat_map(|line| line.bytes().chain([b'\n'])).map(u64::from))
     }
 }
