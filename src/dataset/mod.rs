@@ -31,6 +31,7 @@ use rayon::prelude::*;
 
 use crate::vision::{CaseSet, Lane, Planes, WindowSums};
 
+mod between;
 mod check;
 mod constants;
 mod fault;
