@@ -66,6 +66,11 @@ fn impossible_values() {
         ("[creation]\nconstant_max = 0.001", "2:16", "creation.constant_max"),
         ("[selection]\ntournament = 0", "2:14", "selection.tournament"),
         ("[filter]\nmax_draws = 0", "2:13", "filter.max_draws"),
+        ("[augmentation]\nvariants = 0", "2:12", "augmentation.variants"),
+        ("[augmentation]\nmirror = 1.5", "2:10", "augmentation.mirror"),
+        ("[augmentation]\ngain = -0.1", "2:8", "augmentation.gain"),
+        ("[augmentation]\nblur = nan", "2:8", "augmentation.blur"),
+        ("[augmentation]\nshift_y = 10001", "2:11", "augmentation.shift_y"),
         ("[nodes]\nsqrt = 1", "2:8", "nodes.sqrt"),
         ("[nodes]\nraw = 1001", "2:7", "nodes.raw"),
     ] {
@@ -133,6 +138,8 @@ fn every_field_changes_the_fingerprint_but_generations() {
             "false" => "true".to_string(),
             "\"sharing\"" => "\"tournament\"".to_string(),
             number if table == "[nodes]\n" => format!("{number}7"),
+            "0.0" => "0.5".to_string(),
+            "0" => "1".to_string(),
             number if number.contains('.') => {
                 format!("{:?}", number.parse::<f64>().expect("a number") * 0.75)
             }
