@@ -32,6 +32,8 @@ Examples:
       other settings
   vsonar evolve --data photos --set selection.kind=lexicase --set selection.elitism=5
       select parents by single cases, and keep the five best
+  vsonar evolve --data photos --set augmentation.mirror=0.5 --set augmentation.variants=2
+      also on two copies of each image, half of them mirrored; [augmentation] of settings.toml has more
   vsonar evolve --settings runs/photos-seed-1/settings.toml --seed 2
       the same data and settings again, with another seed
   vsonar evolve --resume runs/photos-seed-1 --generations 100
@@ -142,7 +144,7 @@ fn fresh(args: &Args) -> Result<Prepared, CliError> {
         return Err(vsonar::evolve::FolderError::Exists(out.clone()).into());
     }
     let cases = source.load()?;
-    let room = args.memory.check(cases.sets())?;
+    let room = args.memory.check_needs(cases.needs(&settings.variation()))?;
     let threads = usize::from(args.threads.unwrap_or(0));
     let table = source.to_table(&cases)?;
     let folder = match &args.out {
@@ -174,7 +176,7 @@ fn resume(args: &Args, path: &Path) -> Result<Prepared, CliError> {
     let executor = args.executor.make()?;
     let cases = source.load()?;
     cases.check_holdout(folder.data(), path)?;
-    let room = args.memory.check(cases.sets())?;
+    let room = args.memory.check_needs(cases.needs(&settings.variation()))?;
     let threads = usize::from(args.threads.unwrap_or(0));
     let evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads)?;
     args.keep_strips(&evolution, room);
@@ -201,9 +203,14 @@ fn announce(run: &Prepared, args: &Args, style: Style) -> Result<(), CliError> {
     } else {
         format!(", resumed after {}", count(done.into(), "generation"))
     };
+    let copies = u64::from(settings.variation().copies()) * run.cases.train.images().len() as u64;
+    let altered = match copies {
+        0 => String::new(),
+        copies => format!(", and {} altered copies of them", grouped(copies)),
+    };
     let named = run.named.as_ref().map_or(String::new(), |file| format!(", as {} says", file.display()));
     output::print(&format!(
-        "Training on {}{named} ({} in {} of {} x {} pixels)\n{} individuals, {}, seed {}{again}; recorded in {}\n",
+        "Training on {}{named} ({} in {} of {} x {} pixels{altered})\n{} individuals, {}, seed {}{again}; recorded in {}\n",
         run.source.describe(),
         count(cases, "case"),
         count(run.cases.train.images().len() as u64, "image"),

@@ -2,10 +2,10 @@
 
 use std::fs;
 
-use vsonar::dataset::Dataset;
+use vsonar::dataset::{Dataset, Variation};
 
 use super::CliError;
-use super::output::count;
+use super::output::{count, grouped};
 
 const GIB: f64 = (1u64 << 30) as f64;
 
@@ -24,16 +24,44 @@ pub(crate) struct MemoryArgs {
     memory: Option<u64>,
 }
 
+/// What a set needs.
+pub(crate) struct Need {
+    bytes: u64,
+    images: String,
+}
+
+impl Need {
+    /// As it is.
+    pub(crate) fn of(set: &Dataset) -> Need {
+        Need::grown(set, &Variation::NONE)
+    }
+
+    /// With altered copies of its images.
+    pub(crate) fn grown(set: &Dataset, variation: &Variation) -> Need {
+        let images = set.images().len() as u64;
+        let mut number = count(images, "image");
+        if variation.copies() > 0 {
+            number += &format!(" with {} altered copies", grouped(images * u64::from(variation.copies())));
+        }
+        let images = format!("{number} of {} x {} pixels", set.width(), set.height());
+        Need { bytes: variation.memory_needed(set), images }
+    }
+}
+
 impl MemoryArgs {
     /// Refuses sets that do not fit into memory together, and tells how many bytes are left if they do. To be asked
     /// before their cases are prepared.
     pub(crate) fn check<'a>(self, sets: impl IntoIterator<Item = &'a Dataset>) -> Result<u64, CliError> {
+        self.check_needs(sets.into_iter().map(Need::of))
+    }
+
+    /// The same for sets of which some are to grow.
+    pub(crate) fn check_needs(self, needs: impl IntoIterator<Item = Need>) -> Result<u64, CliError> {
         let limit = self.memory.unwrap_or_else(|| default_limit(physical_memory()));
         let (mut need, mut images) = (0u64, Vec::new());
-        for set in sets {
-            need = need.saturating_add(set.memory_needed());
-            let number = count(set.images().len() as u64, "image");
-            images.push(format!("{number} of {} x {} pixels", set.width(), set.height()));
+        for one in needs {
+            need = need.saturating_add(one.bytes);
+            images.push(one.images);
         }
         if need <= limit {
             return Ok(limit - need);
@@ -122,6 +150,13 @@ mod tests {
         assert!(refused(&[&set, &set], 2 * need - 1).is_some() && refused(&[&set, &set], 2 * need).is_none());
         let text = refused(&[&set], need - 1).expect("too little");
         assert!(text.contains("are needed for 1 image of 64 x 48 pixels, but"), "{text}");
+        let variation = Variation { copies: 3, mirror: 1.0, ..Variation::NONE };
+        let four: Vec<NamedImage> =
+            (0..4).map(|i| NamedImage { name: format!("{i}.png"), pixels: GrayImage::new(64, 48) }).collect();
+        let cases = (0..4).map(|image| Case { image, x: 1, y: 1 }).collect();
+        let grown = Dataset::new("four", four, cases).expect("sound").memory_needed() + 3 * 64 * 48;
+        let check = |memory| MemoryArgs { memory: Some(memory) }.check_needs([Need::grown(&set, &variation)]);
+        assert!(check(grown - 1).is_err() && check(grown).is_ok(), "as four images, three of them new");
         let advised = text.split("--memory ").nth(1).expect("a remedy").trim_end_matches('`');
         assert_eq!(refused(&[&set], gib(advised).expect("a number")), None);
     }

@@ -26,6 +26,7 @@ mod run_input;
 mod run_latency;
 mod run_output;
 mod run_worker;
+mod sensitivity;
 mod settings;
 mod show;
 mod source;

@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use vsonar::dataset::Dataset;
+use vsonar::dataset::{Dataset, Variation};
 use vsonar::world::{Corridor, FRAMES};
 
 use super::CliError;
+use super::memory::Need;
 use super::output::from_here;
 
 /// The building of the built-in corridor that is trained on.
@@ -106,9 +107,10 @@ impl Cases {
         }
     }
 
-    /// Both sets, or the one there is. At the end of a run both are in memory.
-    pub(crate) fn sets(&self) -> impl Iterator<Item = &Dataset> {
-        std::iter::once(&self.train).chain(&self.holdout)
+    /// What both sets, or the one there is, need in a run that alters copies of the training images so. At the end
+    /// of a run both are in memory.
+    pub(crate) fn needs(&self, variation: &Variation) -> impl Iterator<Item = Need> {
+        std::iter::once(Need::grown(&self.train, variation)).chain(self.holdout.iter().map(Need::of))
     }
 }
 

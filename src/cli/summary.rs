@@ -38,6 +38,14 @@ impl Part {
     }
 }
 
+/// How the best program does on images and altered copies together.
+#[derive(Debug, Clone, Serialize)]
+struct Augmented {
+    fitness: f64,
+    correct: u32,
+    cases: u32,
+}
+
 #[derive(Debug, Clone, Serialize)]
 struct Best {
     file: PathBuf,
@@ -57,7 +65,11 @@ pub(crate) struct Report {
     seed: u64,
     evaluations: u64,
     seconds: f64,
+    /// On the training images as they are.
     train: Part,
+    /// With augmentation: what selection saw, the training images and their altered copies.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    augmented: Option<Augmented>,
     holdout: Option<Part>,
     best: Best,
     /// Whether this was a run on the built-in corridor that is smaller than the published ones.
@@ -89,6 +101,11 @@ impl Report {
             evaluations: summary.evaluations,
             seconds,
             train: Part::of(summary.train, &constants, &cases.train),
+            augmented: summary.augmented.map(|s| Augmented {
+                fitness: s.fitness,
+                correct: s.correct,
+                cases: s.cases,
+            }),
             holdout: holdout.map(|(set, score)| Part::of(score, &constants, set)),
             best: Best {
                 file: folder.join("best.gp"),
@@ -131,6 +148,15 @@ impl fmt::Display for Report {
             duration(self.seconds)
         )?;
         writeln!(f, "{}", self.scores())?;
+        if let Some(all) = &self.augmented {
+            writeln!(
+                f,
+                "With the altered copies of the training images, as selection saw them: {} ({} of {} cases)",
+                percent(all.fitness),
+                all.correct,
+                all.cases
+            )?;
+        }
         writeln!(
             f,
             "The program has {} and came up in generation {}: {}",

@@ -105,7 +105,10 @@ impl View {
 }
 
 fn fitness(record: &Record) -> String {
-    format!("best {}, mean {}", percent(record.best_fitness), percent(record.mean_fitness))
+    // With augmentation the others are of altered copies too.
+    let unaltered = record.best_fitness_unaltered;
+    let unaltered = unaltered.map_or(String::new(), |share| format!(" ({} unaltered)", percent(share)));
+    format!("best {}{unaltered}, mean {}", percent(record.best_fitness), percent(record.mean_fitness))
 }
 
 /// A generation as a line. Generations are counted from 0, so the last of 51 is 50.

@@ -142,6 +142,19 @@ impl Constants {
         }
     }
 
+    /// The answer for a column of an image that was moved or mirrored: the constant of the nearest column that was
+    /// seen, of two equally near ones the left.
+    pub fn answer_near(&self, x: u32) -> f64 {
+        let nearest = self.columns.iter().min_by_key(|(column, _)| column.abs_diff(x));
+        nearest.map_or(self.overall.answer, |(_, constant)| constant.answer)
+    }
+
+    /// How many cases of a set the constants of the nearest columns get right.
+    pub fn score_near(&self, set: &Dataset) -> usize {
+        let correct = |c: &&super::Case| is_correct(self.answer_near(c.x), c.y, self.tolerance);
+        set.cases().iter().filter(correct).count()
+    }
+
     /// How these constants do on a set, be it that they were learned on or another.
     pub fn score(&self, set: &Dataset) -> Score {
         let correct = |answer: &dyn Fn(u32) -> f64| {

@@ -4,7 +4,8 @@
 //! `image,x,y`, a row for each fitness case; y is the row, from the top, of the lowest pixel that is not
 //! ground) and the images in its subfolder `images` or beside the table. It is read by [`Dataset::load`],
 //! examined by [`check`], taken apart by [`Dataset::split`], and handed to the executors by
-//! [`Dataset::case_set`]. [`Constants`] tells what a detector that never looks would reach: the floor to beat.
+//! [`Dataset::case_set`]. A [`Transform`] makes of it what other light, another lens or view would have made, and a
+//! [`Variation`] adds copies altered so. [`Constants`] tells what a detector that never looks would reach: the floor to beat.
 //!
 //! ```
 //! use image::GrayImage;
@@ -30,19 +31,25 @@ use rayon::prelude::*;
 
 use crate::vision::{CaseSet, Lane, Planes, WindowSums};
 
+mod between;
 mod check;
 mod constants;
 mod fault;
+mod pixels;
 mod save;
 mod scan;
 mod split;
 mod table;
+mod transform;
+mod variation;
 
 pub use check::{CheckReport, ColumnReport, Distribution, check};
 pub use constants::{BestConstant, Constants, Score, TOLERANCE, best_constant};
 pub use fault::{DatasetError, Fault, FaultKind, Place};
 pub use save::SaveError;
 pub use split::SplitError;
+pub use transform::{NothingLeft, Transform};
+pub use variation::Variation;
 
 /// An image and the name it has in `labels.csv`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -161,10 +168,15 @@ impl Dataset {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn memory_needed(&self) -> u64 {
-        let (width, height, images) = (self.width, self.height, self.images.len());
+        self.memory_for(self.images.len(), self.cases.len())
+    }
+
+    /// The same for so many images and cases of this size.
+    fn memory_for(&self, images: usize, cases: usize) -> u64 {
+        let (width, height) = (self.width, self.height);
         let at_a_time = images.min(rayon::current_num_threads());
         let planes = at_a_time as u64 * Planes::memory_needed(width, height);
-        let arenas = CaseSet::arenas_memory_needed(self.cases.len(), height);
+        let arenas = CaseSet::arenas_memory_needed(cases, height);
         images as u64 * WindowSums::memory_needed(width, height) + planes.max(arenas)
     }
 

@@ -11,6 +11,8 @@ use crate::vision::CaseSet;
 pub(super) struct Cases {
     set: CaseSet,
     labels: Vec<f64>,
+    /// How many of them, the first ones, are of images as they are; the others are of altered copies.
+    unaltered: usize,
     width: u32,
     height: u32,
     columns: u32,
@@ -20,16 +22,21 @@ pub(super) struct Cases {
 
 impl Cases {
     pub(super) fn new(data: &Dataset, tolerance: f64) -> Cases {
-        let mut labels = data.labels();
-        let exact = labels.iter().map(|&label| f64::from(label)).collect();
+        Cases::grown(data, data, tolerance)
+    }
+
+    /// The cases of a set that was grown from another by altered copies, which come after those of the other.
+    pub(super) fn grown(data: &Dataset, from: &Dataset, tolerance: f64) -> Cases {
+        let mut labels = from.labels();
         labels.sort_unstable();
         labels.dedup();
         Cases {
             set: data.case_set(),
-            labels: exact,
+            labels: data.cases().iter().map(|case| f64::from(case.y)).collect(),
+            unaltered: from.cases().len(),
             width: data.width(),
             height: data.height(),
-            columns: data.columns().len() as u32,
+            columns: from.columns().len() as u32,
             distinct_labels: labels.len() as u32,
             tolerance,
         }
@@ -38,6 +45,11 @@ impl Cases {
     /// How many cases there are.
     pub(super) fn len(&self) -> usize {
         self.labels.len()
+    }
+
+    /// How many of them are of images as they are: the first so many.
+    pub(super) fn unaltered(&self) -> usize {
+        self.unaltered
     }
 
     /// What the executors run on.
@@ -55,12 +67,12 @@ impl Cases {
         (self.width, self.height)
     }
 
-    /// How many distinct columns are asked for.
+    /// How many distinct columns the unaltered cases ask for.
     pub(super) fn columns(&self) -> u32 {
         self.columns
     }
 
-    /// How many distinct labels there are.
+    /// How many distinct labels the unaltered cases have.
     pub(super) fn distinct_labels(&self) -> u32 {
         self.distinct_labels
     }
@@ -70,7 +82,7 @@ impl Cases {
         Candidate::new(individual, self.width, self.height)
     }
 
-    /// What these answers are worth and, if asked for, look like; one for each case.
+    /// What these answers, one for each case, are worth and, if asked for, look like on the unaltered cases.
     pub(super) fn verdict(&self, answers: &[f32], looks: bool) -> Verdict {
         let solved = |i: usize| is_correct(answers[i], self.labels[i], self.tolerance);
         let outcome = Outcome {
@@ -78,7 +90,7 @@ impl Cases {
             behaviour: behaviour(answers),
             constant: is_constant(answers),
         };
-        Verdict { outcome, looks: looks.then(|| Looks::of(answers, self.height)) }
+        Verdict { outcome, looks: looks.then(|| Looks::of(&answers[..self.unaltered], self.height)) }
     }
 }
 

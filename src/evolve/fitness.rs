@@ -61,6 +61,13 @@ impl CaseBits {
         self.words.iter().map(|w| w.count_ones()).sum()
     }
 
+    /// How many of the first `n` cases are solved.
+    pub fn count_of_first(&self, n: usize) -> u32 {
+        let whole = self.words.len().min(n / 64);
+        let rest = self.words.get(whole).map_or(0, |word| word & !(!0u64 << (n % 64)));
+        self.words[..whole].iter().map(|w| w.count_ones()).sum::<u32>() + rest.count_ones()
+    }
+
     /// Raw fitness: the share of the cases that are solved, 0 to 1.
     pub fn fitness(&self) -> f64 {
         share(self.count(), self.len)
@@ -148,6 +155,9 @@ mod tests {
             assert_eq!(bits.iter().collect::<Vec<_>>(), expected);
             assert_eq!(bits.count() as usize, expected.len());
             assert!((0..len + 3).all(|i| bits.contains(i) == (i < len && i % 3 == 0)));
+            for n in [0, 1, 2, 63, 64, 65, 127, 128, 129, 1000] {
+                assert_eq!(bits.count_of_first(n) as usize, expected.iter().filter(|&&i| i < n).count());
+            }
             assert_eq!(CaseBits::from_words(bits.words(), len), Some(bits));
         }
         assert_eq!(CaseBits::from_words(&[0b1000], 3), None);

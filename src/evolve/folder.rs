@@ -64,6 +64,8 @@ pub struct RunFolder {
     settings: u64,
     /// Where its programs come from, as a comment in their files.
     origin: String,
+    /// How many of the training cases are no altered copies; 0 if that was not said.
+    unaltered: usize,
     made: Made,
     _lock: Lock,
 }
@@ -205,12 +207,25 @@ impl RunFolder {
         let lock = Lock::take(path).naming(path, "lock the run folder")?;
         let lock = lock.ok_or_else(|| FolderError::Locked(path.to_path_buf()))?;
         let (path, settings) = (path.to_path_buf(), settings.fingerprint());
-        Ok(RunFolder { path, data, settings, origin: String::new(), made: Made::default(), _lock: lock })
+        Ok(RunFolder {
+            path,
+            data,
+            settings,
+            origin: String::new(),
+            unaltered: 0,
+            made: Made::default(),
+            _lock: lock,
+        })
     }
 
     /// Says where its programs come from, for the files that hold them.
     pub(super) fn set_origin(&mut self, comment: String) {
         self.origin = comment;
+    }
+
+    /// Says how many of the training cases, which come first, are no altered copies.
+    pub(super) fn set_unaltered(&mut self, unaltered: usize) {
+        self.unaltered = unaltered;
     }
 
     /// Where it is.
@@ -302,8 +317,13 @@ impl RunFolder {
         };
         let cases = member.outcome.solved.len();
         let nodes = best.individual.len();
+        let copies = match cases.saturating_sub(self.unaltered) {
+            0 => String::new(),
+            _ if self.unaltered == 0 => String::new(),
+            altered => format!(" ({altered} of them of altered copies)"),
+        };
         let text = format!(
-            "; solves {} of {cases} training cases; {nodes} nodes; from generation {}\n{}\n{}\n",
+            "; solves {} of {cases} training cases{copies}; {nodes} nodes; from generation {}\n{}\n{}\n",
             best.correct, best.generation, self.origin, best.individual
         );
         replace_if_new(&self.file("best.gp"), &text)?;

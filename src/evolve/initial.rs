@@ -73,7 +73,7 @@ pub(super) fn create(
 ) -> Result<Option<Initial>, EvaluateError> {
     let filter = &settings.filter;
     let most = if filter.enabled { filter.max_draws as usize } else { 1 };
-    let bar = Bar::new(filter, task.cases.len() as u32, task.cases.distinct_labels());
+    let bar = Bar::new(filter, task.cases.unaltered() as u32, task.cases.distinct_labels());
     // What looks at nothing answers by the column alone; with few columns, it need not be run to know that it
     // does not pass. (Executors that do not lower run it, and come to the same.)
     let tells = evaluator.lowers() && task.cases.columns() < bar.distinct;

@@ -74,6 +74,6 @@ pub use record::{GenerationTiming, InitialDraws, Record};
 pub use run::{Evolution, RunError, Score, StopReason, Summary};
 pub use selection::{Parsimony, SelectionKind};
 pub use settings::{
-    Breeding, Creation, Fault, Filter, Islands, Preset, Selection, Settings, SettingsError,
+    Augmentation, Breeding, Creation, Fault, Filter, Islands, Preset, Selection, Settings, SettingsError,
 };
 pub use settings_draft::Draft;

@@ -11,7 +11,8 @@ use super::population::{Genotype, Member};
 pub struct Record {
     /// Number of the generation; the initial one is 0.
     pub generation: u32,
-    /// Highest share of the training cases that a member of this generation solves.
+    /// Highest share of the training cases that a member of this generation solves. Training cases are those that
+    /// selection sees: with augmentation the altered copies too.
     pub best_fitness: f64,
     /// Mean of it over the generation.
     pub mean_fitness: f64,
@@ -19,6 +20,10 @@ pub struct Record {
     pub median_fitness: f64,
     /// Highest share of the cases solved in this or any earlier generation.
     pub best_fitness_so_far: f64,
+    /// With augmentation: the share of the unaltered training cases that the generation's best member solves, which
+    /// is the smallest of those of [`Record::best_fitness`]. Absent without, where it would be the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub best_fitness_unaltered: Option<f64>,
     /// Individuals evaluated for this generation: every draw of the initial one; later all but copies of
     /// parents. Results known from a cache count, so the number does not depend on the cache.
     pub evaluations: u64,
@@ -104,11 +109,12 @@ impl Record {
         Record { timing: GenerationTiming::default(), ..self.clone() }
     }
 
-    /// The numbers of a generation. `so_far` is the highest number of cases solved in earlier ones, and
+    /// The numbers of a generation. The first `unaltered` cases are no altered copies, `so_far` is the highest number of cases solved in earlier ones, and
     /// `evaluations` those for this generation and for all before it.
     pub(super) fn of(
         generation: u32,
         population: &[Member],
+        unaltered: usize,
         so_far: u32,
         evaluations: (u64, u64),
         initial: Option<InitialDraws>,
@@ -116,7 +122,9 @@ impl Record {
         let cases = population.first().map_or(0, |m| m.outcome.solved.len()) as u32;
         let count = population.len().max(1) as f64;
         let mut correct: Vec<u32> = population.iter().map(Member::correct).collect();
-        let best = best_of(population).map_or((0, 0), |m| (m.correct(), m.individual().len() as u32));
+        let member = best_of(population);
+        let best = member.map_or((0, 0), |m| (m.correct(), m.individual().len() as u32));
+        let of_unaltered = |m: &Member| share(m.outcome.solved.count_of_first(unaltered), unaltered as u32);
         let total: u64 = correct.iter().map(|&c| u64::from(c)).sum();
         correct.sort_unstable();
         let sizes = population.iter().map(|m| m.individual().len() as u64);
@@ -134,6 +142,7 @@ impl Record {
             mean_fitness: total as f64 / count / f64::from(cases.max(1)),
             median_fitness: median(&correct) / f64::from(cases.max(1)),
             best_fitness_so_far: share(best.0.max(so_far), cases),
+            best_fitness_unaltered: member.filter(|_| unaltered < cases as usize).map(of_unaltered),
             evaluations: evaluations.0,
             evaluations_total: evaluations.0 + evaluations.1,
             best_nodes: best.1,

@@ -76,8 +76,10 @@ pub struct Summary {
     pub best: Individual,
     /// The generation it came up in.
     pub generation: u32,
-    /// How it does on the training cases.
+    /// How it does on the training cases as they were given.
     pub train: Score,
+    /// How it does on all that selection saw, altered copies included; none without augmentation, where it is the same.
+    pub augmented: Option<Score>,
     /// How it does on the held-out cases, if there are any.
     pub holdout: Option<Score>,
     /// Complete generations.
@@ -98,7 +100,8 @@ pub struct Score {
 }
 
 impl Evolution {
-    /// A run that is not recorded, on so many threads (0: one for each core).
+    /// A run that is not recorded, on so many threads (0: one for each core). Altered copies of the training images
+    /// are made here, if the settings ask for them.
     ///
     /// # Errors
     /// If the settings are impossible or the threads cannot be started.
@@ -110,14 +113,20 @@ impl Evolution {
     ) -> Result<Evolution, RunError> {
         settings.validate()?;
         let creator = Creator::new(&settings.create_settings())?;
-        let cases = Cases::new(train, settings.tolerance);
+        let variation = settings.variation();
+        let (cases, data) = if variation.copies() == 0 {
+            (Cases::new(train, settings.tolerance), train.fingerprint())
+        } else {
+            let grown = variation.grow(train, settings.seed);
+            (Cases::grown(&grown, train, settings.tolerance), grown.fingerprint())
+        };
         cases.keep_strips(Evolution::STRIP_BYTES);
         Ok(Evolution {
             creator,
             variation: Variation::new(&settings)?,
             evaluator: Evaluator::new(executor, threads, cases.len(), CACHE_BYTES)?,
             cases,
-            origin: Origin { settings: settings.fingerprint(), data: train.fingerprint() },
+            origin: Origin { settings: settings.fingerprint(), data },
             settings,
             state: None,
             folder: None,
@@ -148,6 +157,7 @@ impl Evolution {
         }
         let (width, height) = (train.width(), train.height());
         folder.set_origin(Provenance::comment(train.name(), run.settings.seed, width, height));
+        folder.set_unaltered(run.cases.unaltered());
         folder.write_settings(&run.settings)?;
         folder.repair(run.state.as_ref())?;
         run.folder = Some(folder);
@@ -310,7 +320,8 @@ impl Evolution {
         let generation = records.len() as u32;
         let so_far = hall_of_fame.best().map_or(0, |e| e.correct);
         let before = records.last().map_or(0, |r: &Record| r.evaluations_total);
-        let mut record = Record::of(generation, &new.members, so_far, (new.evaluations, before), new.initial);
+        let (unaltered, evaluations) = (self.cases.unaltered(), (new.evaluations, before));
+        let mut record = Record::of(generation, &new.members, unaltered, so_far, evaluations, new.initial);
         for member in &new.members {
             hall_of_fame.offer(member.individual(), member.correct(), generation);
         }
@@ -347,11 +358,19 @@ impl Evolution {
             Some(data) => Some(self.score(&best.individual, data)?),
             None => None,
         };
-        let cases = self.cases.len() as u32;
+        let (cases, unaltered) = (self.cases.len() as u32, self.cases.unaltered());
+        let all = Score::new(best.correct, cases);
+        let (train, augmented) = if unaltered == self.cases.len() {
+            (all, None)
+        } else {
+            let solved = self.evaluator.score(&best.individual, &self.cases)?.outcome.solved;
+            (Score::new(solved.count_of_first(unaltered), unaltered as u32), Some(all))
+        };
         Ok(Some(Summary {
             best: best.individual.clone(),
             generation: best.generation,
-            train: Score::new(best.correct, cases),
+            train,
+            augmented,
             holdout,
             generations: self.generations(),
             evaluations: state.records.last().map_or(0, |r| r.evaluations_total),

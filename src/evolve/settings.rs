@@ -21,12 +21,46 @@ use serde::{Deserialize, Serialize};
 use super::selection::{Parsimony, SelectionKind};
 use super::settings_check::set_weight;
 use super::settings_draft::Draft;
-pub use super::settings_table::{Breeding, Creation, Filter, Islands, Selection, Settings};
+pub use super::settings_table::{Augmentation, Breeding, Creation, Filter, Islands, Selection, Settings};
 use super::settings_table::{Partial, Places};
+use crate::dataset::Variation;
 use crate::tree::{CreateSettings, CrossoverSettings, MutationSettings, NodeSet, NodeType};
 
 /// Where in the file each field was given, by dotted name, as line and column.
 pub(super) type Given = BTreeMap<String, (usize, usize)>;
+
+impl Augmentation {
+    /// No alteration: the training images as they are.
+    pub const OFF: Augmentation = Augmentation {
+        variants: 1,
+        mirror: 0.0,
+        gain: 0.0,
+        brightness: 0.0,
+        contrast: 0.0,
+        gamma: 0.0,
+        noise: 0.0,
+        blur: 0.0,
+        shift_x: 0,
+        shift_y: 0,
+    };
+
+    fn variation(&self) -> Variation {
+        let Augmentation {
+            variants,
+            mirror,
+            gain,
+            brightness,
+            contrast,
+            gamma,
+            noise,
+            blur,
+            shift_x,
+            shift_y,
+        } = *self;
+        let copies = variants;
+        Variation { copies, mirror, gain, brightness, contrast, gamma, noise, blur, shift_x, shift_y }
+    }
+}
 
 /// A named starting point of the settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
@@ -146,6 +180,7 @@ impl Settings {
             },
             islands: Islands { count: 1, interval: 10, migrants: 5 },
             filter: Filter { enabled: false, in_range: 0.5, distinct: 20, max_draws: 1000 },
+            augmentation: Augmentation::OFF,
             nodes: NodeSet::default(),
         }
     }
@@ -256,6 +291,11 @@ impl Settings {
             trees: self.trees as usize,
             nodes: self.nodes.clone(),
         }
+    }
+
+    /// What of these settings is for the copies of training images.
+    pub fn variation(&self) -> Variation {
+        self.augmentation.variation()
     }
 
     /// What of these settings is for crossover.

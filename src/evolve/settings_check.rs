@@ -135,6 +135,7 @@ impl Settings {
             f.max_draws,
             "1 to 1,000,000,000",
         )?;
+        self.check_augmentation()?;
         self.nodes.check().map_err(|error| Fault {
             field: "nodes".to_string(),
             value: format!("\"{}\"", self.nodes),
@@ -195,6 +196,33 @@ impl Settings {
             _ => format!("less than an island has individuals, {island}"),
         };
         must(elitism < island, "selection.elitism", elitism, &fewer).beside("population")
+    }
+}
+
+impl Settings {
+    fn check_augmentation(&self) -> Result<(), Fault> {
+        let a = &self.augmentation;
+        must(
+            (1..=100).contains(&a.variants),
+            "augmentation.variants",
+            a.variants,
+            "1 to 100 copies of an image",
+        )?;
+        probability("augmentation.mirror", a.mirror)?;
+        for (field, value, most) in [
+            ("augmentation.gain", a.gain, 10.0),
+            ("augmentation.brightness", a.brightness, 255.0),
+            ("augmentation.contrast", a.contrast, 10.0),
+            ("augmentation.gamma", a.gamma, 10.0),
+            ("augmentation.noise", a.noise, 255.0),
+            ("augmentation.blur", a.blur, 20.0),
+        ] {
+            must((0.0..=most).contains(&value), field, value, &format!("a number from 0 to {most}"))?;
+        }
+        for (field, value) in [("augmentation.shift_x", a.shift_x), ("augmentation.shift_y", a.shift_y)] {
+            must(value <= 10_000, field, value, "0 to 10,000 pixels")?;
+        }
+        Ok(())
     }
 }
 

@@ -194,6 +194,33 @@ table! {
 }
 
 table! {
+    /// Altered copies of the training images.
+    Augmentation, PartialAugmentation {
+        /// Copies of each training image, every one altered by its own draw from the limits below; none while all of
+        /// those are 0.
+        variants: u32 = 1,
+        /// Probability that a copy is mirrored.
+        mirror: f64 = 0.0,
+        /// Greatest change of the light, as a share s: gray levels times a factor from 1 / (1 + s) to 1 + s.
+        gain: f64 = 0.0,
+        /// Greatest change of brightness, in gray levels added or taken away.
+        brightness: f64 = 0.0,
+        /// Greatest change of contrast, as a share s: distances from middle gray times a factor as above.
+        contrast: f64 = 0.0,
+        /// Greatest change of the exponent of the sensor's response, as a share s: an exponent as the factor above.
+        gamma: f64 = 0.0,
+        /// Greatest standard deviation of Gaussian noise, in gray levels.
+        noise: f64 = 0.0,
+        /// Greatest standard deviation of a Gaussian blur, in pixels.
+        blur: f64 = 0.0,
+        /// Greatest shift to either side, in pixels; a column that is shifted out of the image is no case.
+        shift_x: u32 = 0,
+        /// Greatest shift up or down, in pixels; labels move along.
+        shift_y: u32 = 0,
+    }
+}
+
+table! {
     /// Every setting that shapes a run. Threads, executor and quietness are not among them: they change no
     /// result.
     Settings, Partial {
@@ -219,5 +246,8 @@ table! {
         islands: Islands, PartialIslands,
         /// The filter of initial individuals: drawn again until the answers on the training cases look like answers.
         filter: Filter, PartialFilter,
+        /// Altered copies of the training images, on which individuals are evaluated beside the images themselves. All
+        /// else that is said of training cases means these too, but for the filter, which looks at unaltered ones alone.
+        augmentation: Augmentation, PartialAugmentation,
     }
 }

@@ -117,3 +117,96 @@ fn a_part_of_the_images_and_a_table_for_people() {
     place.ok(&["eval", "p.gp", "--data", "data", "--answers", "a.csv"]);
     assert_eq!(place.read("a.csv").lines().count(), 25);
 }
+
+/// The rows of the sensitivity table for this kind of change.
+fn changed<'r>(report: &'r Value, change: &str) -> Vec<&'r Value> {
+    let rows = report["sensitivity"].as_array().expect("a list");
+    rows.iter().filter(|row| row["change"] == change).collect()
+}
+
+#[test]
+fn sensitivity_of_a_constant_answer_by_hand() {
+    let place = Place::new();
+    let set = Dataset::load(place.path("data")).expect("sound");
+    let report = eval(&place, "(set-a 20)", &["--sensitivity", "--tolerance", "2"]);
+    let solved = |label: u32| label.abs_diff(20) <= 2;
+    let correct = set.labels().iter().filter(|&&label| solved(label)).count();
+    assert!(correct > 0 && report["correct"] == correct);
+    // An answer that does not look does not depend on what there is to see; nor do the constants.
+    for change in ["light", "brightness", "contrast", "gamma", "noise", "blur", "mirrored"] {
+        let rows = changed(&report, change);
+        assert!(!rows.is_empty(), "{change}");
+        for row in rows {
+            assert_eq!((&row["correct"], &row["cases"]), (&report["correct"], &report["cases"]), "{row}");
+            assert_eq!((&row["fitness"], &row["unmodified"]), (&report["fitness"], &report["fitness"]));
+            if change != "mirrored" {
+                assert_eq!(row["constant_per_column"], report["constant"]["per_column_fitness"]);
+            }
+        }
+    }
+    for row in changed(&report, "down") {
+        let down = row["strength"].as_f64().expect("a number") as i64;
+        let moved = |&&label: &&u32| match (label, down > 0) {
+            (0, true) | (47, false) => solved(label),
+            _ => solved((i64::from(label) + down).clamp(0, 47) as u32),
+        };
+        assert_eq!(row["correct"], set.labels().iter().filter(moved).count(), "{row}");
+        assert_eq!(row["unmodified"], report["fitness"]);
+    }
+    for row in changed(&report, "right") {
+        let right = row["strength"].as_f64().expect("a number") as i64;
+        let stays = |x: u32| (0..64).contains(&(i64::from(x) + right));
+        let left: Vec<_> = set.cases().iter().filter(|case| stays(case.x)).collect();
+        assert_eq!(row["cases"], left.len());
+        let correct = left.iter().filter(|case| solved(case.y)).count();
+        assert_eq!(row["correct"], correct, "{row}");
+        assert_eq!(row["fitness"], row["unmodified"], "labels keep their rows");
+    }
+    let between = changed(&report, "between columns");
+    assert_eq!(between.len(), 3);
+    for row in between {
+        let fraction = row["strength"].as_f64().expect("a number");
+        let (expected, _) = set.between(fraction, 2.0).expect("some agree");
+        assert_eq!(row["cases"], expected.cases().len());
+    }
+}
+
+#[test]
+fn sensitivity_is_the_same_with_every_executor_and_has_a_table() {
+    let place = Place::new();
+    let program = "(set-a (if-le raw 150 (if-le read-b 0.5 y read-a) (prog2 (set-b 1) read-a)))";
+    let part = ["--match", "drive_a*", "--tolerance", "3", "--sensitivity"];
+    let mut first = None;
+    for executor in ["tree", "cranelift", "batch", "auto"] {
+        let report = eval(&place, program, &[&part[..], &["--executor", executor]].concat());
+        assert_eq!(*first.get_or_insert(report.clone()), report, "{executor}");
+    }
+    let report = first.expect("four executors");
+    let rows = report["sensitivity"].as_array().expect("a list");
+    let differing = rows.iter().filter(|row| row["fitness"] != row["unmodified"]).count();
+    assert!(differing > 5, "a threshold depends on the light: {rows:?}");
+    let text = place.ok(&[&["eval", "p.gp", "--data", "data"], &part[..]].concat());
+    assert!(plain(&text) && text.contains("best constant per column"), "{text}");
+    for row in rows {
+        let share = |field: &str| format!("{:.1} %", 100.0 * row[field].as_f64().expect("a share"));
+        let line = text.lines().find(|line| {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let strength = row["strength"].to_string();
+            let strength = strength.trim_end_matches(".0");
+            let change = row["change"].as_str().expect("a name");
+            line.starts_with(change)
+                && (change == "mirrored" || words.iter().any(|w| w.trim_start_matches('+') == strength))
+        });
+        let line = line.unwrap_or_else(|| panic!("no line of {row} in {text}"));
+        for field in ["fitness", "unmodified", "constant_per_column"] {
+            assert!(line.contains(&share(field)), "{field}: {line}");
+        }
+    }
+    assert!(
+        place
+            .fails(2, &["eval", "p.gp", "--data", "data", "--sensitivity", "--answers", "-"])
+            .contains("--answers")
+    );
+    // Nothing is asked of the images by a report without it.
+    assert!(eval(&place, program, &[])["sensitivity"].is_null());
+}

@@ -108,6 +108,46 @@ fn a_summary_as_json_is_one_object() {
 }
 
 #[test]
+fn altered_copies_are_announced_counted_and_recorded() {
+    let place = Place::new();
+    let copies = ["--set", "augmentation.variants=2", "--set", "augmentation.mirror=1"];
+    let text = place.ok(&tiny(&[&copies[..], &["--out", "one"]].concat()));
+    assert!(text.contains("6 images of 64 x 48 pixels, and 12 altered copies of them"), "{text}");
+    assert!(
+        text.contains("With the altered copies of the training images") && text.contains(" unaltered)"),
+        "{text}"
+    );
+    let summary = place.ok(&tiny(&[&copies[..], &["--out", "two", "--quiet", "--json"]].concat()));
+    let summary: Value = serde_json::from_str(&summary).expect("JSON");
+    assert_eq!((&summary["train"]["cases"], &summary["augmented"]["cases"]), (&24.into(), &72.into()));
+    assert_eq!(recorded(&place.path("one")), recorded(&place.path("two")));
+    let log = recorded(&place.path("two")).log;
+    let last = log.last().expect("four lines");
+    assert_eq!(last["best_fitness_so_far"], summary["augmented"]["fitness"]);
+    assert!(log.iter().all(|line| line["best_fitness_unaltered"].is_f64()));
+    let judged = place.ok(&["eval", "two/best.gp", "--data", "data", "--tolerance", "3", "--json"]);
+    let judged: Value = serde_json::from_str(&judged).expect("JSON");
+    assert_eq!(
+        judged["fitness"], summary["train"]["fitness"],
+        "training fitness is of the images as they are"
+    );
+    let settings = place.read("two/settings.toml");
+    assert!(settings.contains("[augmentation]") && settings.contains("mirror = 1.0"), "{settings}");
+    // A run without says nothing of them.
+    let text = place.ok(&tiny(&["--out", "plain"]));
+    assert!(!text.contains("altered"), "{text}");
+    assert!(!place.read("plain/log.jsonl").contains("unaltered"));
+
+    // They need memory, which is asked for before they are made.
+    let many = ["--set", "augmentation.variants=100", "--set", "augmentation.mirror=1", "--memory", "0.05"];
+    place.ok(&tiny(&["--out", "small", "--quiet", "--memory", "0.05"]));
+    let complaint = place.fails(1, &tiny(&[&many[..], &["--out", "large"]].concat()));
+    assert!(complaint.contains("6 images with 600 altered copies of 64 x 48 pixels"), "{complaint}");
+    let complaint = place.fails(2, &tiny(&["--set", "augmentation.mirror=2"]));
+    assert!(complaint.contains("augmentation.mirror") && complaint.contains("from 0 to 1"), "{complaint}");
+}
+
+#[test]
 fn quiet_prints_only_the_summary() {
     let place = Place::new();
     let text = place.ok(&tiny(&["-q"]));

@@ -1,5 +1,6 @@
 //! The evolutionary run as a whole: that it repeats, survives interruption, and refuses what it must.
 
+mod augmentation;
 mod cache;
 mod checkpoints;
 mod common;

@@ -82,6 +82,11 @@ fn impossible_values() {
         ("[islands]\ninterval = 0", "2:12", "islands.interval"),
         ("[islands]\ncount = 100\nmigrants = 40", "3:12", "islands.migrants"),
         ("population = 40\n[islands]\ncount = 10", "3:9", "islands.migrants"),
+        ("[augmentation]\nvariants = 0", "2:12", "augmentation.variants"),
+        ("[augmentation]\nmirror = 1.5", "2:10", "augmentation.mirror"),
+        ("[augmentation]\ngain = -0.1", "2:8", "augmentation.gain"),
+        ("[augmentation]\nblur = nan", "2:8", "augmentation.blur"),
+        ("[augmentation]\nshift_y = 10001", "2:11", "augmentation.shift_y"),
         ("[nodes]\nsqrt = 1", "2:8", "nodes.sqrt"),
         ("[nodes]\nraw = 1001", "2:7", "nodes.raw"),
     ] {
