@@ -199,10 +199,13 @@ mod tests {
         assert!((0.27..0.36).contains(&copied), "{copied}");
         settings.breeding.crossover_probability = 0.0;
         settings.breeding.hoist_mutation_probability = 1.0;
-        let parents: u32 = members(&settings, 400).iter().map(|m| m.individual().len() as u32).sum();
-        let children: u32 =
-            offspring(&settings, 400, 1).iter().map(|o| o.genotype.individual().len() as u32).sum();
-        assert!(f64::from(children) < 0.9 * f64::from(parents), "{children} nodes of {parents}");
+        // From twins only smaller ones come, and from each pair two of their own.
+        let twins = vec![members(&settings, 1).remove(0); 400];
+        let nodes = twins[0].individual().len();
+        let variation = Variation::new(&settings).expect("sound settings");
+        let next = breed(&twins, &settings, &variation, 1);
+        assert!(next.iter().all(|o| o.copy_of.is_none() && o.genotype.individual().len() < nodes));
+        assert!(next.chunks(2).filter(|pair| pair[0] != pair[1]).count() > 100);
     }
 
     #[test]
