@@ -1,9 +1,12 @@
 //! A run is a pure function of settings and data.
 
 use std::hash::Hasher;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use vsonar::evolve::{Evolution, RunFolder, State, StopReason};
+use vsonar::exec::{Candidate, ExecError, Executor, Timing, Worker};
+use vsonar::vision::CaseSet;
 
 use crate::common::*;
 
@@ -110,6 +113,44 @@ fn interrupted_at_every_generation_equals_uninterrupted() {
     assert_eq!(content(&parts), content(&whole));
 }
 
+/// The reference evaluator, which asks for a stop once it has run so many programs.
+struct Impatient {
+    left: Arc<AtomicU64>,
+    stop: Arc<AtomicBool>,
+}
+
+struct ImpatientWorker {
+    worker: Box<dyn Worker>,
+    left: Arc<AtomicU64>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Executor for Impatient {
+    fn name(&self) -> &'static str {
+        "impatient"
+    }
+
+    fn worker(&self) -> Result<Box<dyn Worker>, ExecError> {
+        let worker = reference().worker()?;
+        Ok(Box::new(ImpatientWorker { worker, left: self.left.clone(), stop: self.stop.clone() }))
+    }
+}
+
+impl Worker for ImpatientWorker {
+    fn answers(
+        &mut self,
+        candidate: &Candidate<'_>,
+        cases: &CaseSet,
+        answers: &mut [f32],
+    ) -> Result<Timing, ExecError> {
+        let less = self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
+        if less.is_err() {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+        self.worker.answers(candidate, cases, answers)
+    }
+}
+
 #[test]
 fn interrupted_within_generations_equals_uninterrupted() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -117,23 +158,13 @@ fn interrupted_within_generations_equals_uninterrupted() {
     let expected = run_in(&whole, &settings(), reference(), 2).without_timing();
     drop(RunFolder::create(&parts, &settings(), &toml::Table::new()).expect("a fresh folder"));
     let mut interruptions = 0;
-    // The flag is raised after ever more individuals; a process that gets through goes on to the end.
+    // The flag is raised after ever more programs; a process that gets through goes on to the end.
     for patience in (0u64..).map(|i| 4 * i * i) {
-        let mut run = resume(&parts);
-        let (progress, stop) = (run.progress(), AtomicBool::new(false));
-        let reason = std::thread::scope(|scope| {
-            let watcher = scope.spawn(|| {
-                while progress.evaluations() < patience && !stop.load(Ordering::Relaxed) {
-                    std::thread::yield_now();
-                }
-                stop.store(true, Ordering::Relaxed);
-            });
-            let reason = run.run(&stop, |_| ()).expect("no error");
-            stop.store(true, Ordering::Relaxed);
-            watcher.join().expect("the watcher does not panic");
-            reason
-        });
-        if reason == StopReason::Finished {
+        let stop = Arc::new(AtomicBool::new(false));
+        let executor = Arc::new(Impatient { left: Arc::new(AtomicU64::new(patience)), stop: stop.clone() });
+        let (folder, settings) = RunFolder::open(&parts).expect("a run folder");
+        let mut run = Evolution::in_folder(folder, &dataset(), settings, executor, 2).expect("a run");
+        if run.run(&stop, |_| ()).expect("no error") == StopReason::Finished {
             break;
         }
         interruptions += 1;
