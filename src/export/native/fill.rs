@@ -188,6 +188,12 @@ fn neighbourhood(
     n
 }
 
+/// Where row `i` of the tile stands in an operand's row sums, but for their own place in the scratch memory.
+fn row_sums_from(b: &mut FunctionBuilder<'_>, p: &PlannedOperand, scratch: Value, i: Value) -> Value {
+    let bytes = b.ins().ishl_imm_u(i, if p.kind == SumKind::Half { 1 } else { 2 });
+    b.ins().iadd(scratch, bytes)
+}
+
 /// Stores row sums from row `i` of the tile on.
 fn store_sums(
     m: &mut PixelEmitter<'_, '_>,
@@ -197,13 +203,12 @@ fn store_sums(
     scratch: Value,
     i: Value,
 ) {
-    let (lane, scale, arrays) = match p.kind {
-        SumKind::Half => (Lane::Half, 1, 1),
-        SumKind::Word => (Lane::Word, 2, 1),
-        SumKind::Split => (Lane::Word, 2, 2),
+    let (lane, arrays) = match p.kind {
+        SumKind::Half => (Lane::Half, 1),
+        SumKind::Word => (Lane::Word, 1),
+        SumKind::Split => (Lane::Word, 2),
     };
-    let bytes = m.b.ins().ishl_imm_u(i, scale);
-    let to = m.b.ins().iadd(scratch, bytes);
+    let to = row_sums_from(m.b, p, scratch, i);
     for (array, &sum) in sum.iter().enumerate().take(arrays) {
         let offset = p.row_sums + (array as u32 * (plan.rows + CHUNK) * 4) as i32;
         if m.rows() == 1 {
@@ -233,8 +238,7 @@ fn vector_averages(
     offset: i32,
 ) {
     let half = p.kind == SumKind::Half;
-    let bytes = b.ins().ishl_imm_u(i, if half { 1 } else { 2 });
-    let from = b.ins().iadd(scratch, bytes);
+    let from = row_sums_from(b, p, scratch, i);
     let sum = |b: &mut FunctionBuilder<'_>, ty, first: i32| {
         let row = |b: &mut FunctionBuilder<'_>, k: i32| {
             b.ins().load(ty, PLAIN, from, p.row_sums + first + k * p.kind.bytes())
@@ -275,8 +279,7 @@ fn scalar_average(
     offset: i32,
 ) {
     let half = p.kind == SumKind::Half;
-    let bytes = b.ins().ishl_imm_u(i, if half { 1 } else { 2 });
-    let from = b.ins().iadd(scratch, bytes);
+    let from = row_sums_from(b, p, scratch, i);
     let sum = |b: &mut FunctionBuilder<'_>, first: i32| {
         let mut sum = None;
         for k in 0..plan.rect.height() as i32 {
