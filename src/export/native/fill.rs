@@ -95,8 +95,7 @@ impl Fill<'_, '_, '_> {
         repeat(self.b, i64::from(plan.rows), step, |b, i| {
             let column = b.ins().iadd(scratch, i);
             let mut m = PixelEmitter::new(b, vectors);
-            let wide = plan.rect.width() + plan.beside[0] + plan.beside[1];
-            let mut bytes: Vec<[Option<Pixels>; 3]> = vec![[None; 3]; wide as usize];
+            let mut bytes: Vec<[Option<Pixels>; 3]> = vec![[None; 3]; plan.columns() as usize];
             for (operator, moments) in plan.moments() {
                 let mut sums: [Option<[Pixels; 2]>; 2] = [None; 2];
                 for c in 0..plan.rect.width() {

@@ -56,8 +56,8 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// The plan of a loop in images `width` x `height` pixels; `None` if it looks at no window. `lanes` is how many
-    /// rows are computed at a time, 16 or 1.
+    /// The plan of a loop in images `width` x `height` pixels; `None` if it looks at no window. `single`
+    /// says that one position alone is visited.
     pub(super) fn new(l: &Loop, width: u32, height: u32, single: bool) -> Option<Plan> {
         let (rect, operands) = (l.rect(), l.operands());
         if operands.is_empty() {

@@ -4,7 +4,7 @@
 //! for each group.
 
 use cranelift_codegen::ir::condcodes::IntCC;
-use cranelift_codegen::ir::types::{F32, F32X4, I32, I32X4, I64};
+use cranelift_codegen::ir::types::{I32, I64};
 use cranelift_codegen::ir::{
     AbiParam, FuncRef, Function, InstBuilder, Signature, StackSlot, StackSlotData, StackSlotKind, Value,
 };
@@ -199,7 +199,6 @@ impl Rows<'_> {
             e.b.ins().store(PLAIN, column, slot, 4 * lane as i32);
         }
         let (float, integer) = (self.shape.ty(Ty::F32), self.shape.ty(Ty::I32));
-        debug_assert!([F32, F32X4].contains(&float) && [I32, I32X4].contains(&integer));
         let columns = e.b.ins().load(integer, PLAIN, slot, 0);
         let x_obstacle = e.b.ins().fcvt_from_sint(float, columns);
         let mut inputs = Lanes { x_obstacle, x: None, iter2: [None; 5] };
