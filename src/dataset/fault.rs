@@ -146,6 +146,18 @@ pub enum FaultKind {
         /// The largest value allowed.
         max: u32,
     },
+    /// Rows of one image name different groups.
+    #[error(
+        "the image `{image}` is of group `{second}` here and of group `{first}` before; an image is of one group in all its rows"
+    )]
+    Group {
+        /// The image.
+        image: String,
+        /// The group its first row names; empty for none.
+        first: String,
+        /// The group this row names.
+        second: String,
+    },
     /// A case refers to an image that the set built in memory does not have.
     #[error("there is no image number {0}")]
     NoImage(usize),
@@ -179,6 +191,7 @@ impl FaultKind {
             FaultKind::Size { .. } => "size",
             FaultKind::Number { .. } => "number",
             FaultKind::Outside { .. } => "outside",
+            FaultKind::Group { .. } => "group",
             FaultKind::NoImage(_) => "no-image",
             FaultKind::Duplicate { .. } => "duplicate",
         }

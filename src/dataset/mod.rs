@@ -2,8 +2,8 @@
 //!
 //! Everything that evolves or judges a detector starts here. A set is a folder with `labels.csv` (header
 //! `image,x,y`, a row for each fitness case; y is the row, from the top, of the lowest pixel that is not
-//! ground) and the images in its subfolder `images` or beside the table. It is read by [`Dataset::load`],
-//! examined by [`check`], taken apart by [`Dataset::split`], and handed to the executors by
+//! ground; a column `group` may name the place) and the images in its subfolder `images` or beside the table. It is read by [`Dataset::load`],
+//! examined by [`check`], taken apart by [`Dataset::split`] and [`Dataset::hold_out`], and handed to the executors by
 //! [`Dataset::case_set`]. A [`Transform`] makes of it what other light, another lens or view would have made, and a
 //! [`Variation`] adds copies altered so. [`Constants`] tells what a detector that never looks would reach: the floor to beat.
 //!
@@ -24,6 +24,7 @@
 //! # Ok::<(), vsonar::dataset::DatasetError>(())
 //! ```
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use image::GrayImage;
@@ -35,9 +36,11 @@ mod between;
 mod check;
 mod constants;
 mod fault;
+mod part;
 mod pixels;
 mod save;
 mod scan;
+mod sequence;
 mod split;
 mod table;
 mod transform;
@@ -46,7 +49,9 @@ mod variation;
 pub use check::{CheckReport, ColumnReport, Distribution, check};
 pub use constants::{BestConstant, Constants, Score, TOLERANCE, best_constant};
 pub use fault::{DatasetError, Fault, FaultKind, Place};
+pub use part::{DEFAULT_GAP, ParsePartError, Part, Unit};
 pub use save::SaveError;
+pub use sequence::Sequence;
 pub use split::SplitError;
 pub use transform::{NothingLeft, Transform};
 pub use variation::Variation;
@@ -80,6 +85,8 @@ pub struct Dataset {
     height: u32,
     images: Vec<NamedImage>,
     cases: Vec<Case>,
+    /// The groups of images, by their names, where there are any.
+    groups: BTreeMap<String, String>,
 }
 
 impl Dataset {
@@ -98,8 +105,8 @@ impl Dataset {
 
     /// Reads a folder: `labels.csv` and the images it names.
     ///
-    /// The table is UTF-8, its columns `image`, `x` and `y` in any order; further columns are ignored. Images
-    /// are looked for in the subfolder `images` first, then beside the table. The set is named after the folder.
+    /// The table is UTF-8, its columns `image`, `x` and `y` in any order, and perhaps `group`, the place an image is
+    /// from (see [`Dataset::group`]); further columns are ignored. Images are looked for in the subfolder `images` first, then beside the table. The set is named after the folder.
     ///
     /// # Errors
     /// [`DatasetError::Folder`] with every fault found; [`check`] gives the same faults as a report.

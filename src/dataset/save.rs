@@ -88,10 +88,12 @@ impl Dataset {
         }
         let path = dir.join(TABLE);
         let mut table = csv::Writer::from_path(&path).map_err(|e| io(&path, e))?;
-        let mut row = |fields: [&str; 3]| table.write_record(fields).map_err(|e| io(&path, e));
-        row(["image", "x", "y"])?;
+        let fields = if self.has_groups() { 4 } else { 3 };
+        let mut row = |all: [&str; 4]| table.write_record(&all[..fields]).map_err(|e| io(&path, e));
+        row(["image", "x", "y", "group"])?;
         for case in &self.cases {
-            row([&names[case.image], &case.x.to_string(), &case.y.to_string()])?;
+            let (x, y, group) = (case.x.to_string(), case.y.to_string(), self.group(case.image));
+            row([&names[case.image], &x, &y, group.unwrap_or_default()])?;
         }
         let file = table.into_inner().map_err(|e| io(&path, e.error()))?;
         file.sync_all().map_err(|e| io(&path, e))

@@ -13,7 +13,7 @@ use image::GrayImage;
 use rayon::prelude::*;
 
 use super::fault::{DatasetError, Fault, FaultKind, Place};
-use super::table::{Row, is_confined, read_table};
+use super::table::{Named, Row, is_confined, read_table};
 use super::{Case, Dataset, NamedImage};
 use crate::vision::{ImageError, load_gray};
 use vsonar_ir::Program;
@@ -58,22 +58,25 @@ struct Picture {
 pub(super) fn scan(dir: &Path) -> Scan {
     let name = folder_name(dir);
     let mut faults = Vec::new();
-    let (names, rows, row_count) = if !dir.is_dir() {
+    let (named, rows, row_count) = if !dir.is_dir() {
         faults.push(Fault { at: Place::Set, kind: FaultKind::NoFolder(dir.into()) });
         Default::default()
     } else {
         read_table(&dir.join(TABLE), &mut faults)
     };
     let found: Vec<Result<GrayImage, FaultKind>> =
-        names.par_iter().map(|(_, name)| read_image(dir, name)).collect();
-    let mut pictures = Vec::with_capacity(names.len());
-    for ((at, name), found) in names.into_iter().zip(found) {
+        named.par_iter().map(|image| read_image(dir, &image.name)).collect();
+    let mut pictures = Vec::with_capacity(named.len());
+    let mut groups = BTreeMap::new();
+    for (Named { at, name, group }, found) in named.into_iter().zip(found) {
         let pixels = found.map_err(|kind| faults.push(Fault { at, kind })).ok();
+        groups.extend(group.map(|group| (name.clone(), group)));
         pictures.push(Picture { at, name, pixels });
     }
     let unlabelled = unlabelled(dir, &pictures);
     let images_named = pictures.len();
     let sound = examine(name.clone(), pictures, rows, &mut faults);
+    let sound = sound.map(|set| Dataset { groups: set.kept(&groups), ..set });
     faults.sort_by_key(|f| f.at);
     Scan { dir: dir.into(), name, images_named, rows: row_count, unlabelled, faults, sound }
 }
@@ -243,5 +246,6 @@ fn sound(
         place[case.image] = Some(new);
         case.image = new;
     }
-    (!cases.is_empty()).then_some(Dataset { name, width, height, images, cases })
+    let groups = BTreeMap::new();
+    (!cases.is_empty()).then_some(Dataset { name, width, height, images, cases, groups })
 }

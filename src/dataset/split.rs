@@ -14,6 +14,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+use std::collections::BTreeMap;
+
 use globset::{GlobBuilder, GlobMatcher};
 
 use super::{Dataset, NamedImage};
@@ -38,6 +40,26 @@ pub enum SplitError {
         set: String,
         /// Some of the names there are.
         examples: String,
+    },
+    /// Every image has such a name, so nothing is left to train on.
+    #[error(
+        "every image of the set `{set}` matches `{pattern}`, so none is left to train on; choose a narrower pattern"
+    )]
+    Everything {
+        /// The pattern.
+        pattern: String,
+        /// Name of the set.
+        set: String,
+    },
+    /// No part can be taken from the set as it was asked for.
+    #[error("the set `{set}` cannot be taken apart by `{part}`: {cause}")]
+    Part {
+        /// The part.
+        part: String,
+        /// Name of the set.
+        set: String,
+        /// Why not, and what would do.
+        cause: String,
     },
     /// Some images match both patterns.
     #[error(
@@ -73,22 +95,39 @@ impl Dataset {
     /// If the pattern is malformed or matches nothing.
     pub fn select(&self, pattern: &str) -> Result<Dataset, SplitError> {
         let matcher = matcher(pattern)?;
+        let chosen = |image: usize| matcher.is_match(&self.images[image].name);
+        self.subset(format!("{}[{pattern}]", self.name), chosen).ok_or_else(|| {
+            let (pattern, set) = (pattern.into(), self.name.clone());
+            SplitError::Nothing { pattern, set, examples: self.examples() }
+        })
+    }
+
+    /// What matches a pattern, and all the rest, which goes first.
+    ///
+    /// # Errors
+    /// If the pattern is malformed, or matches nothing or everything.
+    pub fn split_off(&self, pattern: &str) -> Result<(Dataset, Dataset), SplitError> {
+        let part = self.select(pattern)?;
+        let matcher = matcher(pattern)?;
+        let rest =
+            self.subset(format!("{}[not {pattern}]", self.name), |i| !matcher.is_match(&self.images[i].name));
+        let everything = || SplitError::Everything { pattern: pattern.into(), set: self.name.clone() };
+        Ok((rest.ok_or_else(everything)?, part))
+    }
+
+    /// The chosen images, by their numbers, with their cases, in order; `None` if no image is chosen.
+    pub(super) fn subset(&self, name: String, chosen: impl Fn(usize) -> bool) -> Option<Dataset> {
         let mut place = vec![None; self.images.len()];
         let mut images: Vec<NamedImage> = Vec::new();
-        for (place, image) in place.iter_mut().zip(&self.images) {
-            if matcher.is_match(&image.name) {
-                *place = Some(images.len());
-                images.push(image.clone());
-            }
-        }
-        if images.is_empty() {
-            let (pattern, set) = (pattern.into(), self.name.clone());
-            return Err(SplitError::Nothing { pattern, set, examples: self.examples() });
+        for (i, image) in self.images.iter().enumerate().filter(|&(i, _)| chosen(i)) {
+            place[i] = Some(images.len());
+            images.push(image.clone());
         }
         let cases = self.cases.iter();
         let cases = cases.filter_map(|&c| Some(super::Case { image: place[c.image]?, ..c })).collect();
-        let name = format!("{}[{pattern}]", self.name);
-        Ok(Dataset { name, width: self.width, height: self.height, images, cases })
+        let groups = BTreeMap::new();
+        let set = Dataset { name, width: self.width, height: self.height, images, cases, groups };
+        (!set.images.is_empty()).then(|| Dataset { groups: set.kept(&self.groups), ..set })
     }
 
     /// A part to train on and a part to hold out. Images that match neither pattern are in neither part.

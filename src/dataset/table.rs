@@ -14,9 +14,17 @@ pub(super) struct Row {
     pub(super) y: Option<i128>,
 }
 
-/// The distinct images of the table with the place of their first row, the rows that name a confined image,
-/// and the number of all rows.
-pub(super) fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<(Place, String)>, Vec<Row>, usize) {
+/// An image that the table names.
+pub(super) struct Named {
+    /// Its first row.
+    pub(super) at: Place,
+    pub(super) name: String,
+    /// The place it is from, if the table says so.
+    pub(super) group: Option<String>,
+}
+
+/// The distinct images of the table, the rows that name a confined image, and the number of all rows.
+pub(super) fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<Named>, Vec<Row>, usize) {
     let nothing = (Vec::new(), Vec::new(), 0);
     if !path.is_file() {
         faults.push(Fault { at: Place::Set, kind: FaultKind::NoTable(path.into()) });
@@ -38,7 +46,7 @@ pub(super) fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<(Place, S
     let mut lines = Lines { bytes: &bytes, counted: 0, line: 1 };
     let mut record = csv::ByteRecord::new();
     let mut header: Option<Header> = None;
-    let mut images: Vec<(Place, String)> = Vec::new();
+    let mut images: Vec<Named> = Vec::new();
     let mut index: BTreeMap<String, usize> = BTreeMap::new();
     let (mut rows, mut count) = (Vec::new(), 0);
     loop {
@@ -69,7 +77,7 @@ pub(super) fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<(Place, S
                 continue;
             }
         };
-        let [name, x, y] = fields;
+        let ([name, x, y], group) = fields;
         let mut number = |column, text: &str| {
             let value = text.parse::<i128>().ok();
             if value.is_none() {
@@ -83,9 +91,14 @@ pub(super) fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<(Place, S
             continue;
         }
         let image = *index.entry(name.into()).or_insert_with(|| {
-            images.push((at, name.into()));
+            images.push(Named { at, name: name.into(), group: group.map(Into::into) });
             images.len() - 1
         });
+        if images[image].group.as_deref() != group {
+            let [first, second] =
+                [images[image].group.as_deref(), group].map(|g| g.unwrap_or_default().into());
+            faults.push(Fault { at, kind: FaultKind::Group { image: name.into(), first, second } });
+        }
         rows.push(Row { at, image, x, y });
     }
     if count == 0 {
@@ -117,39 +130,47 @@ impl Lines<'_> {
     }
 }
 
-/// Where the three columns stand.
+/// Where the three columns stand, and the fourth if there is one.
 struct Header {
     columns: [usize; 3],
+    group: Option<usize>,
     fields: usize,
 }
 
 impl Header {
     fn read(record: &csv::ByteRecord) -> Result<Header, FaultKind> {
         let names: Vec<_> = record.iter().map(String::from_utf8_lossy).collect();
-        let column = |wanted: &str| {
+        let optional = |wanted: &str| {
             let mut places = names.iter().enumerate().filter(|(_, n)| n.as_ref() == wanted).map(|(i, _)| i);
-            let place = places.next().ok_or(format!("without `{wanted}`"))?;
+            let place = places.next();
             if places.next().is_some() { Err(format!("with `{wanted}` twice")) } else { Ok(place) }
         };
+        let column = |wanted: &str| optional(wanted)?.ok_or(format!("without `{wanted}`"));
         let fault = |problem| FaultKind::Header { found: names.join(","), problem };
         let mut columns = [0; 3];
         for (place, wanted) in columns.iter_mut().zip(["image", "x", "y"]) {
             *place = column(wanted).map_err(fault)?;
         }
-        Ok(Header { columns, fields: record.len() })
+        let group = optional("group").map_err(fault)?;
+        Ok(Header { columns, group, fields: record.len() })
     }
 
-    fn fields<'r>(&self, record: &'r csv::ByteRecord) -> Result<[&'r str; 3], FaultKind> {
+    /// Image, x and y; and the group, if there is the column and it is not empty.
+    fn fields<'r>(&self, record: &'r csv::ByteRecord) -> Result<([&'r str; 3], Option<&'r str>), FaultKind> {
         if record.len() != self.fields {
             let (found, expected) = (record.len(), self.fields);
             return Err(FaultKind::Row(format!("{found} fields, the header has {expected}")));
         }
+        let text = |column: usize| {
+            std::str::from_utf8(&record[column])
+                .map_err(|_| FaultKind::Row(format!("field {} is not UTF-8", column + 1)))
+        };
         let mut fields = [""; 3];
         for (field, &column) in fields.iter_mut().zip(&self.columns) {
-            *field = std::str::from_utf8(&record[column])
-                .map_err(|_| FaultKind::Row(format!("field {} is not UTF-8", column + 1)))?;
+            *field = text(column)?;
         }
-        Ok(fields)
+        let group = self.group.map(text).transpose()?;
+        Ok((fields, group.filter(|name| !name.is_empty())))
     }
 }
 
