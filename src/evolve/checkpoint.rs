@@ -17,6 +17,7 @@ use super::fitness::CaseBits;
 use super::hall_of_fame::{Entry, EntryLine, HallOfFame};
 use super::population::{Genotype, Member, Outcome};
 use super::record::Record;
+use super::validation::Verdicts;
 use crate::tree::{Individual, Node, NodeType, Tree, TreeIndex};
 
 const MAGIC: [u8; 8] = *b"VSONARCP";
@@ -128,7 +129,7 @@ pub fn encode(state: &State, origin: Origin) -> Vec<u8> {
         members: state.population.len(),
         nodes: NodeType::all().map(|t| t.name().to_string()).collect(),
         records: state.records.clone(),
-        hall_of_fame: state.hall_of_fame.lines(cases as u32),
+        hall_of_fame: state.hall_of_fame.lines(cases as u32, Verdicts::NONE),
     };
     // Structs of numbers and strings always have a JSON form.
     let meta = serde_json::to_vec(&meta).unwrap_or_default();

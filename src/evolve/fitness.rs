@@ -68,6 +68,11 @@ impl CaseBits {
         self.words[..whole].iter().map(|w| w.count_ones()).sum::<u32>() + rest.count_ones()
     }
 
+    /// The first `n` cases by themselves; all of them if there are fewer.
+    pub fn first(&self, n: usize) -> CaseBits {
+        CaseBits::from_fn(n.min(self.len()), |case| self.contains(case))
+    }
+
     /// Raw fitness: the share of the cases that are solved, 0 to 1.
     pub fn fitness(&self) -> f64 {
         share(self.count(), self.len)

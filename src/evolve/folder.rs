@@ -24,6 +24,7 @@ use super::checkpoint::{self, CheckpointError, Origin, State};
 use super::durable::{self, FileError, Naming, Sync, append_line, replace};
 use super::lock::Lock;
 use super::settings::{Settings, SettingsError};
+use super::validation::Verdicts;
 
 /// Why a run folder cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -264,11 +265,16 @@ impl RunFolder {
 
     /// Records a state whose last generation is not recorded yet. The checkpoint comes last: until it is in
     /// place, the run stands where it stood before.
-    pub(super) fn save(&self, state: &State, origin: Origin) -> Result<(), FolderError> {
+    pub(super) fn save(
+        &self,
+        state: &State,
+        origin: Origin,
+        verdicts: Verdicts<'_>,
+    ) -> Result<(), FolderError> {
         if let Some(record) = state.records.last() {
             append_line(&self.file("log.jsonl"), &line(record))?;
         }
-        self.write_best(state)?;
+        self.write_best(state, verdicts)?;
         Ok(replace(&self.file("checkpoint"), &checkpoint::encode(state, origin), Sync::Now)?)
     }
 
@@ -284,12 +290,12 @@ impl RunFolder {
 
     /// Makes log, best individual and hall of fame what they were when the state was recorded (`None`: before
     /// the first generation).
-    pub(super) fn repair(&self, state: Option<&State>) -> Result<(), FolderError> {
+    pub(super) fn repair(&self, state: Option<&State>, verdicts: Verdicts<'_>) -> Result<(), FolderError> {
         let records = state.map_or(&[][..], |s| &s.records);
         let log: String = records.iter().map(|record| line(record) + "\n").collect();
         replace(&self.file("log.jsonl"), log.as_bytes(), Sync::Now)?;
         if let Some(state) = state {
-            return self.write_best(state);
+            return self.write_best(state, verdicts);
         }
         for name in ["best.gp", "hall_of_fame.jsonl"] {
             match fs::remove_file(self.file(name)) {
@@ -311,10 +317,15 @@ impl RunFolder {
         Ok(durable::sync_path(&self.path)?)
     }
 
-    fn write_best(&self, state: &State) -> Result<(), FolderError> {
-        let (Some(best), Some(member)) = (state.hall_of_fame.best(), state.population.first()) else {
+    fn write_best(&self, state: &State, verdicts: Verdicts<'_>) -> Result<(), FolderError> {
+        let (Some((best, validated)), Some(member)) =
+            (verdicts.winner(&state.hall_of_fame), state.population.first())
+        else {
             return Ok(());
         };
+        let validated = validated.map_or(String::new(), |solved| {
+            format!("; {} of {} validation cases", solved.count(), solved.len())
+        });
         let cases = member.outcome.solved.len();
         let nodes = best.individual.len();
         let copies = match cases.saturating_sub(self.unaltered) {
@@ -323,11 +334,11 @@ impl RunFolder {
             altered => format!(" ({altered} of them of altered copies)"),
         };
         let text = format!(
-            "; solves {} of {cases} training cases{copies}; {nodes} nodes; from generation {}\n{}\n{}\n",
+            "; solves {} of {cases} training cases{copies}{validated}; {nodes} nodes; from generation {}\n{}\n{}\n",
             best.correct, best.generation, self.origin, best.individual
         );
         replace_if_new(&self.file("best.gp"), &text)?;
-        let lines = state.hall_of_fame.lines(cases as u32);
+        let lines = state.hall_of_fame.lines(cases as u32, verdicts);
         let hall: String = lines.iter().map(|entry| line(entry) + "\n").collect();
         replace_if_new(&self.file("hall_of_fame.jsonl"), &hall)
     }

@@ -1,12 +1,13 @@
 //! The hall of fame: the best individuals found for their size.
 //!
 //! It is the front of fitness against size: an individual enters if none in it solves as many cases with as few
-//! nodes, and those that it beats in both leave. The largest entry is the run's best individual: highest
-//! fitness, ties broken by fewer nodes, then by which came first.
+//! nodes, and those that it beats in both leave. The largest entry is the best individual in training: highest
+//! fitness, ties broken by fewer nodes, then by which came first. It is the run's winner unless a validation part chooses.
 
 use serde::{Deserialize, Serialize};
 
-use super::fitness::share;
+use super::fitness::{CaseBits, share};
+use super::validation::Verdicts;
 use crate::tree::Individual;
 
 /// One of the hall of fame.
@@ -34,6 +35,12 @@ pub struct EntryLine {
     pub fitness: f64,
     /// Training cases solved.
     pub correct: u32,
+    /// Share of the validation cases solved; absent without a validation part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub validation_fitness: Option<f64>,
+    /// Validation cases solved; absent without a validation part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub validation_correct: Option<u32>,
     /// Nodes of the individual.
     pub nodes: usize,
     /// The generation it came up in.
@@ -84,15 +91,17 @@ impl HallOfFame {
         }
     }
 
-    /// The lines of `hall_of_fame.jsonl`, the best first, for a set of so many cases.
-    pub fn lines(&self, cases: u32) -> Vec<EntryLine> {
-        let line = |e: &Entry| EntryLine {
+    /// The lines of `hall_of_fame.jsonl`, the fittest in training first, for a set of so many cases.
+    pub(super) fn lines(&self, cases: u32, verdicts: Verdicts<'_>) -> Vec<EntryLine> {
+        let line = |(i, e): (usize, &Entry)| EntryLine {
             fitness: share(e.correct, cases),
             correct: e.correct,
+            validation_fitness: verdicts.of(i).map(CaseBits::fitness),
+            validation_correct: verdicts.of(i).map(CaseBits::count),
             nodes: e.individual.len(),
             generation: e.generation,
             program: e.individual.to_string(),
         };
-        self.entries.iter().rev().map(line).collect()
+        self.entries.iter().enumerate().rev().map(line).collect()
     }
 }

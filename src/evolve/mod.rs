@@ -61,6 +61,7 @@ mod settings_check;
 mod settings_draft;
 mod settings_table;
 mod threads;
+mod validation;
 
 pub use checkpoint::{CheckpointError, State};
 pub use durable::FileError;
@@ -71,7 +72,7 @@ pub use hall_of_fame::{Entry, EntryLine, HallOfFame};
 pub use population::{Genotype, Member, Outcome};
 pub use progress::Progress;
 pub use record::{GenerationTiming, InitialDraws, Record};
-pub use run::{Evolution, RunError, Score, StopReason, Summary};
+pub use run::{Evolution, RunError, Score, Solved, StopReason, Summary};
 pub use selection::{Parsimony, SelectionKind};
 pub use settings::{
     Augmentation, Breeding, Creation, Fault, Filter, Islands, Preset, Selection, Settings, SettingsError,

@@ -24,6 +24,10 @@ pub struct Record {
     /// is the smallest of those of [`Record::best_fitness`]. Absent without, where it would be the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub best_fitness_unaltered: Option<f64>,
+    /// With a validation part: the share of its cases that the program solves that was the run's winner after this
+    /// generation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub validation_fitness: Option<f64>,
     /// Individuals evaluated for this generation: every draw of the initial one; later all but copies of
     /// parents. Results known from a cache count, so the number does not depend on the cache.
     pub evaluations: u64,
@@ -143,6 +147,7 @@ impl Record {
             median_fitness: median(&correct) / f64::from(cases.max(1)),
             best_fitness_so_far: share(best.0.max(so_far), cases),
             best_fitness_unaltered: member.filter(|_| unaltered < cases as usize).map(of_unaltered),
+            validation_fitness: None,
             evaluations: evaluations.0,
             evaluations_total: evaluations.0 + evaluations.1,
             best_nodes: best.1,

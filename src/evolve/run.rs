@@ -8,6 +8,7 @@ use super::breed::{Offspring, Variation, breed};
 use super::cases::Cases;
 use super::checkpoint::{Origin, State};
 use super::evaluate::{EvaluateError, Evaluator, Tally, Task};
+use super::fitness::CaseBits;
 use super::folder::{FolderError, RunFolder};
 use super::hall_of_fame::HallOfFame;
 use super::initial::{self, Initial};
@@ -15,6 +16,7 @@ use super::population::{Genotype, Member};
 use super::progress::Progress;
 use super::record::{GenerationTiming, InitialDraws, Record};
 use super::settings::{Settings, SettingsError};
+use super::validation::{Validation, Verdicts};
 use crate::dataset::Dataset;
 use crate::exec::Executor;
 use crate::export::Provenance;
@@ -63,6 +65,7 @@ pub struct Evolution {
     cases: Cases,
     evaluator: Evaluator,
     origin: Origin,
+    validation: Option<Validation>,
     state: Option<State>,
     folder: Option<RunFolder>,
     progress: Arc<Progress>,
@@ -72,7 +75,8 @@ pub struct Evolution {
 /// The end of a run in numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
-    /// The best individual: highest fitness, ties broken by fewer nodes, then by which came first.
+    /// The winner: highest fitness in training, ties broken by fewer nodes, then by which came first; with a
+    /// validation part that of the hall of fame which does best there, ties broken by fewer nodes.
     pub best: Individual,
     /// The generation it came up in.
     pub generation: u32,
@@ -80,12 +84,27 @@ pub struct Summary {
     pub train: Score,
     /// How it does on all that selection saw, altered copies included; none without augmentation, where it is the same.
     pub augmented: Option<Score>,
+    /// How it does on the validation cases, if there are any. It was chosen by them.
+    pub validation: Option<Score>,
     /// How it does on the held-out cases, if there are any.
     pub holdout: Option<Score>,
+    /// Which cases it solves.
+    pub solved: Solved,
     /// Complete generations.
     pub generations: u32,
     /// Individuals evaluated.
     pub evaluations: u64,
+}
+
+/// The cases that the winner solves, in the order of the data sets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solved {
+    /// Of the training cases as they were given.
+    pub train: CaseBits,
+    /// Of the validation cases.
+    pub validation: Option<CaseBits>,
+    /// Of the held-out cases.
+    pub holdout: Option<CaseBits>,
 }
 
 /// How an individual does on a set of cases.
@@ -128,6 +147,7 @@ impl Evolution {
             cases,
             origin: Origin { settings: settings.fingerprint(), data },
             settings,
+            validation: None,
             state: None,
             folder: None,
             progress: Arc::default(),
@@ -159,9 +179,26 @@ impl Evolution {
         folder.set_origin(Provenance::comment(train.name(), run.settings.seed, width, height));
         folder.set_unaltered(run.cases.unaltered());
         folder.write_settings(&run.settings)?;
-        folder.repair(run.state.as_ref())?;
+        folder.repair(run.state.as_ref(), Verdicts::NONE)?;
         run.folder = Some(folder);
         Ok(run)
+    }
+
+    /// Lets these cases choose the winner from the hall of fame: who solves most of them, of equal ones the smallest.
+    /// They shape nothing else of the run. A run that is resumed has to be given them again.
+    ///
+    /// # Errors
+    /// If the hall of fame there is cannot be evaluated or the folder cannot be written.
+    pub fn validate_on(&mut self, data: &Dataset) -> Result<(), RunError> {
+        let mut validation = Validation::new(data, self.settings.tolerance);
+        if let Some(state) = &self.state {
+            validation.judge(&self.evaluator, &state.hall_of_fame)?;
+            if let Some(folder) = &self.folder {
+                folder.repair(Some(state), validation.verdicts())?;
+            }
+        }
+        self.validation = Some(validation);
+        Ok(())
     }
 
     /// Bytes in which strips of columns other than the cases' own are kept, unless [`Evolution::keep_strips`] says
@@ -248,13 +285,28 @@ impl Evolution {
             Some(state) => self.next(state, stop)?,
         };
         let Some(next) = next else { return Ok(None) };
-        let state = self.record(next, start);
+        let mut state = self.record(next, start);
+        if let Some(validation) = &mut self.validation {
+            validation.judge(&self.evaluator, &state.hall_of_fame)?;
+            let winner = validation.verdicts().winner(&state.hall_of_fame).and_then(|(_, solved)| solved);
+            let fitness = winner.map(CaseBits::fitness);
+            state
+                .records
+                .iter_mut()
+                .last()
+                .into_iter()
+                .for_each(|record| record.validation_fitness = fitness);
+        }
         let saving = Instant::now();
         if let Some(folder) = &self.folder {
-            folder.save(&state, self.origin)?;
+            folder.save(&state, self.origin, self.verdicts())?;
         }
         self.save_seconds = saving.elapsed().as_secs_f64();
         Ok(self.state.insert(state).records.last())
+    }
+
+    fn verdicts(&self) -> Verdicts<'_> {
+        self.validation.as_ref().map_or(Verdicts::NONE, Validation::verdicts)
     }
 
     fn sync(&self) -> Result<(), FolderError> {
@@ -347,34 +399,39 @@ impl Evolution {
         State { population: new.members, records, hall_of_fame }
     }
 
-    /// The best individual so far and how it does; `None` before the first generation is complete.
+    /// The winner so far and how it does; `None` before the first generation is complete.
     ///
     /// # Errors
     /// If it cannot be evaluated on the held-out cases.
     pub fn summary(&self, holdout: Option<&Dataset>) -> Result<Option<Summary>, RunError> {
         let Some(state) = &self.state else { return Ok(None) };
-        let Some(best) = state.hall_of_fame.best() else { return Ok(None) };
+        let Some((best, validation)) = self.verdicts().winner(&state.hall_of_fame) else { return Ok(None) };
+        let all = self.evaluator.score(&best.individual, &self.cases)?.outcome.solved;
+        let train = all.first(self.cases.unaltered());
         let holdout = match holdout {
-            Some(data) => Some(self.score(&best.individual, data)?),
+            Some(data) => Some(self.solved(&best.individual, data)?),
             None => None,
-        };
-        let (cases, unaltered) = (self.cases.len() as u32, self.cases.unaltered());
-        let all = Score::new(best.correct, cases);
-        let (train, augmented) = if unaltered == self.cases.len() {
-            (all, None)
-        } else {
-            let solved = self.evaluator.score(&best.individual, &self.cases)?.outcome.solved;
-            (Score::new(solved.count_of_first(unaltered), unaltered as u32), Some(all))
         };
         Ok(Some(Summary {
             best: best.individual.clone(),
             generation: best.generation,
-            train,
-            augmented,
-            holdout,
+            train: Score::of(&train),
+            augmented: (train.len() < all.len()).then(|| Score::of(&all)),
+            validation: validation.map(Score::of),
+            holdout: holdout.as_ref().map(Score::of),
+            solved: Solved { train, validation: validation.cloned(), holdout },
             generations: self.generations(),
             evaluations: state.records.last().map_or(0, |r| r.evaluations_total),
         }))
+    }
+
+    /// Which cases of a data set an individual solves, with the run's executor and tolerance.
+    ///
+    /// # Errors
+    /// If it cannot be evaluated.
+    pub fn solved(&self, individual: &Individual, data: &Dataset) -> Result<CaseBits, RunError> {
+        let cases = Cases::new(data, self.settings.tolerance);
+        Ok(self.evaluator.score(individual, &cases)?.outcome.solved)
     }
 
     /// How an individual does on a data set, with the run's executor and tolerance.
@@ -382,15 +439,13 @@ impl Evolution {
     /// # Errors
     /// If it cannot be evaluated.
     pub fn score(&self, individual: &Individual, data: &Dataset) -> Result<Score, RunError> {
-        let cases = Cases::new(data, self.settings.tolerance);
-        let correct = self.evaluator.score(individual, &cases)?.outcome.solved.count();
-        Ok(Score::new(correct, cases.len() as u32))
+        Ok(Score::of(&self.solved(individual, data)?))
     }
 }
 
 impl Score {
-    fn new(correct: u32, cases: u32) -> Score {
-        Score { correct, cases, fitness: super::fitness::share(correct, cases) }
+    fn of(solved: &CaseBits) -> Score {
+        Score { correct: solved.count(), cases: solved.len() as u32, fitness: solved.fitness() }
     }
 }
 
