@@ -50,6 +50,7 @@ pub mod export;
 pub mod frames;
 pub mod lower;
 pub mod report;
+pub mod statistics;
 pub mod tree;
 pub mod vision;
 pub mod world;
