@@ -13,12 +13,15 @@ use super::executor::{Choice, answers};
 use super::memory::MemoryArgs;
 use super::output::{self, percent};
 use super::sensitivity;
+use super::settings::SettingsFile;
+use super::source::Source;
 use super::table::Table;
 
 const EXAMPLES: &str = "\
 Examples:
   vsonar eval runs/photos-seed-1/best.gp --data photos
   vsonar eval best.gp --data photos --match 'run_C*' --json
+  vsonar eval runs/photos-seed-1 --part validation
   vsonar eval best.gp --data photos --answers answers.csv
   vsonar eval best.gp --data photos --sensitivity
 
@@ -29,13 +32,22 @@ is, so nearer to the camera. Too far: higher. An answer that is no finite number
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The program, a .gp file
+    /// The program, a .gp file; or a run folder, for its best program on its own data
     program: PathBuf,
-    /// Folder with `labels.csv` and the images it names
+    /// Folder with `labels.csv` and the images it names [default: the data of the run folder]
     #[arg(long, value_name = "DIR")]
-    data: PathBuf,
+    data: Option<PathBuf>,
+    /// Which part of the run folder's data [default: holdout if there is one, else train]
+    #[arg(long, value_enum, value_name = "PART", conflicts_with_all = ["data", "pattern"])]
+    part: Option<RunPart>,
     /// Only the images whose names match this pattern, e.g. 'run_C*'
-    #[arg(long = "match", value_name = "GLOB", alias = "holdout-match", alias = "train-match")]
+    #[arg(
+        long = "match",
+        value_name = "GLOB",
+        requires = "data",
+        alias = "holdout-match",
+        alias = "train-match"
+    )]
     pattern: Option<String>,
     /// What runs the program; all give the same answers
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Auto)]
@@ -62,6 +74,51 @@ pub(crate) struct Args {
 pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     let rows = text.parse::<f64>().ok().filter(|rows| rows.is_finite() && *rows >= 0.0);
     rows.ok_or_else(|| "give a number of rows, 0 or more".to_string())
+}
+
+/// A part of the data of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum RunPart {
+    Train,
+    Validation,
+    Holdout,
+}
+
+/// The file of the program, and the cases it is to be run on.
+fn what(args: &Args) -> Result<(PathBuf, Dataset), CliError> {
+    let run = args.program.is_dir();
+    let program = if run { args.program.join("best.gp") } else { args.program.clone() };
+    let set = match (&args.data, run) {
+        (Some(data), _) => {
+            let set = Dataset::load(data)?;
+            match &args.pattern {
+                Some(pattern) => set.select(pattern)?,
+                None => set,
+            }
+        }
+        (None, true) => part_of_run(&args.program, args.part)?,
+        (None, false) => {
+            let text = format!("{} is no run folder, so `--data` has to say which images", program.display());
+            return Err(CliError::Usage(text));
+        }
+    };
+    Ok((program, set))
+}
+
+fn part_of_run(run: &Path, part: Option<RunPart>) -> Result<Dataset, CliError> {
+    let file = SettingsFile::read(&run.join("settings.toml"))?;
+    let table = file.data().cloned().unwrap_or_default();
+    let cases = Source::from_table(&table, file.path())?.load()?;
+    cases.check(&table, run)?;
+    let part = part.unwrap_or(if cases.holdout.is_some() { RunPart::Holdout } else { RunPart::Train });
+    let set = match part {
+        RunPart::Train => Some(cases.train),
+        RunPart::Validation => cases.validation,
+        RunPart::Holdout => cases.holdout,
+    };
+    set.ok_or_else(|| {
+        CliError::Usage(format!("--part: the run {} has no such part of its data", run.display()))
+    })
 }
 
 /// Verdicts counted.
@@ -148,12 +205,9 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         let text = "`--answers -` and `--json` both write to standard output; give the answers a file";
         return Err(CliError::Usage(text.to_string()));
     }
-    let individual = Individual::load(&args.program)?;
+    let (program, set) = what(&args)?;
+    let individual = Individual::load(&program)?;
     let executor = args.executor.make()?;
-    let mut set = Dataset::load(&args.data)?;
-    if let Some(pattern) = &args.pattern {
-        set = set.select(pattern)?;
-    }
     args.memory.check([&set])?;
     let answers = answers(&*executor, &individual, &set)?;
     if let Some(file) = &args.answers {
@@ -163,7 +217,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         }
         output::write_file(file, csv.as_bytes())?;
     }
-    let mut report = report(&args, &set, &answers);
+    let mut report = report(&args, program, &set, &answers);
     if args.sensitivity {
         let rows = sensitivity::rows(&*executor, &individual, &set, &answers, args.tolerance)?;
         report.sensitivity = Some(rows);
@@ -183,7 +237,7 @@ fn csv(set: &Dataset, answers: &[f32]) -> Result<String, CliError> {
     Ok(String::from_utf8(bytes)?)
 }
 
-fn report(args: &Args, set: &Dataset, answers: &[f32]) -> Report {
+fn report(args: &Args, program: PathBuf, set: &Dataset, answers: &[f32]) -> Report {
     let counts = |keep: &dyn Fn(&vsonar::dataset::Case) -> bool| {
         let cases = set.cases().iter().zip(answers).filter(|(case, _)| keep(case));
         Counts::of(cases.map(|(case, answer)| (answer, case.y)), args.tolerance)
@@ -196,8 +250,8 @@ fn report(args: &Args, set: &Dataset, answers: &[f32]) -> Report {
         counts: counts(&|c| c.image == i),
     };
     Report {
-        program: args.program.clone(),
-        data: args.data.clone(),
+        program,
+        data: args.data.clone().unwrap_or_else(|| set.name().into()),
         tolerance: args.tolerance,
         counts: counts(&|_| true),
         constant: Floor {

@@ -8,11 +8,12 @@ use std::time::Instant;
 
 use vsonar::evolve::{Evolution, RunFolder, Settings, StopReason};
 
+use super::cases::Cases;
 use super::executor::Choice;
 use super::memory::MemoryArgs;
 use super::output::{self, count, grouped, shell_word};
 use super::settings::SettingsArgs;
-use super::source::{Cases, DataArgs, Source};
+use super::source::{DataArgs, Source};
 use super::summary::Report;
 use super::view::{Style, View};
 use super::{CliError, interrupt};
@@ -60,7 +61,7 @@ pub(crate) struct Args {
         value_name = "RUN",
         help_heading = "Run",
         conflicts_with_all = [
-            "data", "holdout", "train_match", "holdout_match", "preset", "settings", "seed", "population", "trees",
+            "data", "holdout", "train_match", "holdout_match", "validation", "validation_match", "split_by", "gap", "preset", "settings", "seed", "population", "trees",
             "tolerance", "nodes", "set", "out",
         ]
     )]
@@ -153,8 +154,9 @@ fn fresh(args: &Args) -> Result<Prepared, CliError> {
     };
     let (path, made) = (folder.path().to_path_buf(), folder.made());
     match Evolution::in_folder(folder, &cases.train, settings, executor, threads) {
-        Ok(evolution) => {
+        Ok(mut evolution) => {
             args.keep_strips(&evolution, room);
+            cases.validation.iter().try_for_each(|set| evolution.validate_on(set))?;
             let named = named.map(|(_, path)| path.to_path_buf());
             Ok(Prepared { evolution, cases, source, named, folder: path })
         }
@@ -175,11 +177,12 @@ fn resume(args: &Args, path: &Path) -> Result<Prepared, CliError> {
     let source = Source::from_table(folder.data(), &path.join("settings.toml"))?;
     let executor = args.executor.make()?;
     let cases = source.load()?;
-    cases.check_holdout(folder.data(), path)?;
+    cases.check(folder.data(), path)?;
     let room = args.memory.check_needs(cases.needs(&settings.variation()))?;
     let threads = usize::from(args.threads.unwrap_or(0));
-    let evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads)?;
+    let mut evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads)?;
     args.keep_strips(&evolution, room);
+    cases.validation.iter().try_for_each(|set| evolution.validate_on(set))?;
     Ok(Prepared { evolution, cases, source, named: None, folder: path.to_path_buf() })
 }
 
@@ -209,8 +212,12 @@ fn announce(run: &Prepared, args: &Args, style: Style) -> Result<(), CliError> {
         copies => format!(", and {} altered copies of them", grouped(copies)),
     };
     let named = run.named.as_ref().map_or(String::new(), |file| format!(", as {} says", file.display()));
+    let left_out = match run.cases.left_out as u64 {
+        0 => String::new(),
+        images => format!("; {} beside a cut in no part", count(images, "image")),
+    };
     output::print(&format!(
-        "Training on {}{named} ({} in {} of {} x {} pixels{altered})\n{} individuals, {}, seed {}{again}; recorded in {}\n",
+        "Training on {}{named} ({} in {} of {} x {} pixels{altered}{left_out})\n{} individuals, {}, seed {}{again}; recorded in {}\n",
         run.source.describe(),
         count(cases, "case"),
         count(run.cases.train.images().len() as u64, "image"),

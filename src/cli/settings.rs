@@ -166,7 +166,7 @@ pub(crate) struct SettingsFile {
 }
 
 impl SettingsFile {
-    fn read(path: &Path) -> Result<SettingsFile, CliError> {
+    pub(crate) fn read(path: &Path) -> Result<SettingsFile, CliError> {
         let text = std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read the file", &e))?;
         let table = toml::from_str(&text).unwrap_or_default();
         Ok(SettingsFile { path: path.to_path_buf(), text, table })

@@ -1,13 +1,14 @@
 //! Where the fitness cases of a run come from, as flags and as the table `[data]` of its settings.toml.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use vsonar::dataset::{Dataset, Variation};
+use vsonar::dataset::{self, DEFAULT_GAP, Dataset, ParsePartError, Unit};
 use vsonar::world::{Corridor, FRAMES};
 
 use super::CliError;
-use super::memory::Need;
+use super::cases::Cases;
 use super::output::from_here;
 
 /// The building of the built-in corridor that is trained on.
@@ -23,9 +24,14 @@ pub(crate) struct DataArgs {
     /// names any, else a built-in synthetic corridor]
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
-    /// A second such folder, on which the result is tested and nothing is trained
-    #[arg(long, value_name = "DIR", requires = "data", conflicts_with = "holdout_match")]
-    pub(crate) holdout: Option<PathBuf>,
+    /// What the result is tested on and nothing is trained on: a second such folder, or a part of the first, as
+    /// 25%, fold:2/5 or group:hall,lab
+    ///
+    /// 25% takes whole groups if the table has a column `group`, else the last stretch of each sequence of images
+    /// (names that differ in their last number); fold:2/5 the second of five such parts; group:hall the group, or the
+    /// sequence, of that name. Neighbouring frames are almost the same picture: images beside a cut are left out (`--gap`).
+    #[arg(long, value_name = "DIR|PART", requires = "data", conflicts_with = "holdout_match")]
+    pub(crate) holdout: Option<Place>,
     /// Train on the images whose names match this pattern only, e.g. 'run_[AB]*'
     #[arg(long, value_name = "GLOB", requires = "data")]
     pub(crate) train_match: Option<String>,
@@ -34,10 +40,64 @@ pub(crate) struct DataArgs {
     /// Neighbouring frames are almost the same picture, so whole drives should go to one side or the other.
     #[arg(long, value_name = "GLOB", requires = "train_match")]
     pub(crate) holdout_match: Option<String>,
+    /// What chooses the winner from the hall of fame: a folder, or a part of what is left to train on, as for
+    /// `--holdout`
+    #[arg(long, value_name = "DIR|PART", requires = "data", conflicts_with = "validation_match")]
+    pub(crate) validation: Option<Place>,
+    /// The same as the images left to train on whose names match this pattern
+    #[arg(long, value_name = "GLOB", requires = "data")]
+    pub(crate) validation_match: Option<String>,
+    /// What a part never tears apart [default: group if the table has groups, else stretch]
+    #[arg(long, value_name = "UNIT", requires = "data", value_parser = unit)]
+    pub(crate) split_by: Option<Unit>,
+    /// Images beside a cut through a sequence that are in neither part [default: 2]
+    #[arg(long, value_name = "N", requires = "data")]
+    pub(crate) gap: Option<u32>,
 }
 
-/// The field of the table `[data]` with the fingerprint of the held-out cases.
-const FINGERPRINT: &str = "holdout_fingerprint";
+/// A folder, or a part of another.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Place {
+    Folder(PathBuf),
+    Part(dataset::Part),
+}
+
+impl FromStr for Place {
+    type Err = std::convert::Infallible;
+
+    fn from_str(text: &str) -> Result<Place, Self::Err> {
+        Ok(text.parse().map_or_else(|_| Place::Folder(text.into()), Place::Part))
+    }
+}
+
+impl Place {
+    fn folder(&self) -> Option<&Path> {
+        match self {
+            Place::Folder(folder) => Some(folder),
+            Place::Part(_) => None,
+        }
+    }
+
+    fn part(&self) -> Option<String> {
+        match self {
+            Place::Folder(_) => None,
+            Place::Part(part) => Some(part.to_string()),
+        }
+    }
+}
+
+fn unit(text: &str) -> Result<Unit, String> {
+    Ok(match text {
+        "group" => Unit::Group,
+        "stretch" => Unit::Stretch,
+        "image" => Unit::Image,
+        _ => {
+            return Err(
+                "give group, stretch, or image (neighbouring frames may then come to both sides)".into()
+            );
+        }
+    })
+}
 
 /// Where the cases come from. Recorded in the run folder, so that a resume finds them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -50,7 +110,7 @@ pub(crate) enum Source {
 }
 
 /// Folders of images; the paths are absolute.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Folder {
     train: PathBuf,
@@ -60,6 +120,18 @@ pub(crate) struct Folder {
     train_match: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     holdout_match: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    holdout_part: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    validation: Option<PathBuf>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    validation_match: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    validation_part: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    split_by: Option<Unit>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    gap: Option<u32>,
 }
 
 /// The built-in corridor: two of its buildings.
@@ -81,39 +153,6 @@ pub(crate) struct Part {
     pub(crate) synth: Option<(u64, usize)>,
 }
 
-/// The cases themselves.
-pub(crate) struct Cases {
-    pub(crate) train: Dataset,
-    pub(crate) holdout: Option<Dataset>,
-}
-
-impl Cases {
-    /// The fingerprint of the held-out cases, as it is recorded.
-    fn holdout_fingerprint(&self) -> Option<String> {
-        self.holdout.as_ref().map(|set| format!("{:016x}", set.fingerprint()))
-    }
-
-    /// Whether the held-out cases are those that the table `[data]` of a run folder was made with; the training
-    /// cases are guarded by the checkpoint.
-    pub(crate) fn check_holdout(&self, table: &toml::Table, run: &Path) -> Result<(), CliError> {
-        let now = self.holdout_fingerprint();
-        match table.get(FINGERPRINT) {
-            Some(then) if then.as_str() != now.as_deref() => Err(CliError::Failed(format!(
-                "{}: the run was made with other held-out data; resume with the data named there, unchanged, or \
-                 start a new run",
-                run.join("settings.toml").display()
-            ))),
-            _ => Ok(()),
-        }
-    }
-
-    /// What both sets, or the one there is, need in a run that alters copies of the training images so. At the end
-    /// of a run both are in memory.
-    pub(crate) fn needs(&self, variation: &Variation) -> impl Iterator<Item = Need> {
-        std::iter::once(Need::grown(&self.train, variation)).chain(self.holdout.iter().map(Need::of))
-    }
-}
-
 impl DataArgs {
     /// Whether there are any.
     pub(crate) fn given(&self) -> bool {
@@ -127,11 +166,19 @@ impl DataArgs {
             let (building, holdout_building) = (BUILDING, OTHER_BUILDING);
             return Ok(Source::Synthetic(Synthetic { building, holdout_building, frames: FRAMES }));
         };
+        let folder = |place: &Option<Place>| place.as_ref().and_then(Place::folder).map(absolute).transpose();
+        let part = |place: &Option<Place>| place.as_ref().and_then(Place::part);
         Ok(Source::Folder(Folder {
             train: absolute(data)?,
-            holdout: self.holdout.as_deref().map(absolute).transpose()?,
+            holdout: folder(&self.holdout)?,
             train_match: self.train_match.clone(),
             holdout_match: self.holdout_match.clone(),
+            holdout_part: part(&self.holdout),
+            validation: folder(&self.validation)?,
+            validation_match: self.validation_match.clone(),
+            validation_part: part(&self.validation),
+            split_by: self.split_by,
+            gap: self.gap,
         }))
     }
 }
@@ -152,16 +199,14 @@ impl Source {
     /// As the table `[data]`, for a run with these cases.
     pub(crate) fn to_table(&self, cases: &Cases) -> Result<toml::Table, CliError> {
         let mut table = toml::Table::try_from(self)?;
-        if let Some(fingerprint) = cases.holdout_fingerprint() {
-            table.insert(FINGERPRINT.to_string(), fingerprint.into());
-        }
+        table.extend(cases.fingerprints());
         Ok(table)
     }
 
     /// From the table `[data]` of a settings file.
     pub(crate) fn from_table(table: &toml::Table, file: &Path) -> Result<Source, CliError> {
         let mut table = table.clone();
-        table.remove(FINGERPRINT);
+        Cases::FINGERPRINTS.iter().for_each(|name| drop(table.remove(*name)));
         table.try_into().map_err(|error| {
             CliError::Failed(format!(
                 "{}: the table [data] does not say where the fitness cases come from: {}; it needs a table \
@@ -178,7 +223,8 @@ impl Source {
         match self {
             Source::Folder(f) => Ok(Source::Folder(Folder {
                 train: absolute(&place.join(&f.train))?,
-                holdout: f.holdout.map(|dir| absolute(&place.join(dir))).transpose()?,
+                holdout: f.holdout.as_ref().map(|dir| absolute(&place.join(dir))).transpose()?,
+                validation: f.validation.as_ref().map(|dir| absolute(&place.join(dir))).transpose()?,
                 ..f
             })),
             synthetic => Ok(synthetic),
@@ -201,8 +247,9 @@ impl Source {
         if name.trim_matches('.').is_empty() { "run".to_string() } else { name }
     }
 
-    /// What `vsonar eval` has to be told to look at the training cases, and at those held out.
-    pub(crate) fn parts(&self) -> (Part, Option<Part>) {
+    /// What `vsonar eval` has to be told to look at the training cases, and at those held out; nothing if a part of the
+    /// folder was held out or set aside that no pattern names, for then only the run folder knows.
+    pub(crate) fn parts(&self) -> Option<(Part, Option<Part>)> {
         match self {
             Source::Folder(f) => {
                 let part = |dir: &Path, pattern: &Option<String>| Part {
@@ -210,12 +257,15 @@ impl Source {
                     pattern: pattern.clone(),
                     synth: None,
                 };
+                if f.holdout_part.is_some() || f.validation_part.is_some() || f.validation_match.is_some() {
+                    return None;
+                }
                 let holdout = match (&f.holdout, &f.holdout_match) {
                     (Some(dir), _) => Some(part(dir, &None)),
                     (None, Some(_)) => Some(part(&f.train, &f.holdout_match)),
                     (None, None) => None,
                 };
-                (part(&f.train, &f.train_match), holdout)
+                Some((part(&f.train, &f.train_match), holdout))
             }
             Source::Synthetic(s) => {
                 let part = |name: &str, building| Part {
@@ -223,8 +273,16 @@ impl Source {
                     pattern: None,
                     synth: Some((building, s.frames)),
                 };
-                (part("corridor", s.building), Some(part("elsewhere", s.holdout_building)))
+                Some((part("corridor", s.building), Some(part("elsewhere", s.holdout_building))))
             }
+        }
+    }
+
+    /// The folder of the training images, if they are in one.
+    pub(crate) fn folder(&self) -> Option<PathBuf> {
+        match self {
+            Source::Folder(f) => Some(from_here(&f.train)),
+            Source::Synthetic(_) => None,
         }
     }
 
@@ -237,6 +295,14 @@ impl Source {
                 f.train_match.iter().for_each(|glob| text += &format!(", images {glob}"));
                 f.holdout.iter().for_each(|dir| text += &format!("; held out {}", from_here(dir).display()));
                 f.holdout_match.iter().for_each(|glob| text += &format!("; held out {glob}"));
+                f.holdout_part.iter().for_each(|part| text += &format!("; held out {part}"));
+                f.validation
+                    .iter()
+                    .for_each(|dir| text += &format!("; validation on {}", from_here(dir).display()));
+                f.validation_match.iter().for_each(|glob| text += &format!("; validation on {glob}"));
+                f.validation_part
+                    .iter()
+                    .for_each(|part| text += &format!("; validation on {part} of the rest"));
                 text
             }
         }
@@ -248,25 +314,54 @@ impl Source {
             Source::Synthetic(s) => {
                 let corridor = Corridor::default();
                 let train = corridor.render(s.building, s.frames)?;
-                Ok(Cases { train, holdout: Some(corridor.render(s.holdout_building, s.frames)?) })
+                let holdout = Some(corridor.render(s.holdout_building, s.frames)?);
+                Ok(Cases { train, validation: None, holdout, left_out: 0 })
             }
-            Source::Folder(f) => {
-                let all = Dataset::load(&f.train)?;
-                let (train, part) = match (&f.train_match, &f.holdout_match) {
-                    (Some(train), Some(holdout)) => {
-                        let (train, holdout) = all.split(train, holdout)?;
-                        (train, Some(holdout))
-                    }
-                    (Some(train), None) => (all.select(train)?, None),
-                    (None, _) => (all, None),
-                };
-                let holdout = match &f.holdout {
-                    Some(dir) => Some(Dataset::load(dir)?),
-                    None => part,
-                };
-                Ok(Cases { train, holdout })
-            }
+            Source::Folder(f) => f.load(),
         }
+    }
+}
+
+impl Folder {
+    fn load(&self) -> Result<Cases, CliError> {
+        let all = Dataset::load(&self.train)?;
+        let unit = self.split_by.unwrap_or_else(|| all.unit());
+        let gap = self.gap.unwrap_or(DEFAULT_GAP);
+        let (mut train, mut holdout) = match (&self.train_match, &self.holdout_match) {
+            (Some(train), Some(holdout)) => {
+                let (train, holdout) = all.split(train, holdout)?;
+                (train, Some(holdout))
+            }
+            (Some(train), None) => (all.select(train)?, None),
+            (None, _) => (all, None),
+        };
+        let mut left_out = 0;
+        let mut take = |train: &mut Dataset, part: &str| -> Result<Dataset, CliError> {
+            // A recorded text is looked at as a flag is.
+            let part: dataset::Part =
+                part.parse().map_err(|e: ParsePartError| CliError::Failed(e.to_string()))?;
+            let (rest, part) = train.hold_out(&part, unit, gap)?;
+            left_out += train.images().len() - rest.images().len() - part.images().len();
+            *train = rest;
+            Ok(part)
+        };
+        if let Some(part) = &self.holdout_part {
+            holdout = Some(take(&mut train, part)?);
+        }
+        if let Some(dir) = &self.holdout {
+            holdout = Some(Dataset::load(dir)?);
+        }
+        let validation = match (&self.validation, &self.validation_match, &self.validation_part) {
+            (Some(dir), ..) => Some(Dataset::load(dir)?),
+            (None, Some(glob), _) => {
+                let (rest, part) = train.split_off(glob)?;
+                train = rest;
+                Some(part)
+            }
+            (None, None, Some(part)) => Some(take(&mut train, part)?),
+            (None, None, None) => None,
+        };
+        Ok(Cases { train, validation, holdout, left_out })
     }
 }
 
@@ -281,12 +376,21 @@ mod tests {
             holdout: None,
             train_match: Some("x*".into()),
             holdout_match: Some("y*".into()),
+            validation: Some("fold:1/3".parse().expect("a place")),
+            validation_match: None,
+            split_by: Some(Unit::Group),
+            gap: Some(1),
         };
         let folder = args.source().expect("UTF-8");
         let synthetic = DataArgs { data: None, train_match: None, holdout_match: None, ..args };
         let small = Corridor { width: 16, height: 16, columns: 1, ..Corridor::default() };
         let set = |seed| small.render(seed, 1).expect("possible");
-        let cases = |holdout| Cases { train: set(1), holdout };
+        let cases = |holdout: Option<Dataset>| Cases {
+            train: set(1),
+            validation: holdout.clone(),
+            holdout,
+            left_out: 0,
+        };
         let file = Path::new("my.toml");
         for source in [folder, synthetic.source().expect("nothing to go wrong")] {
             for cases in [cases(Some(set(2))), cases(None)] {
@@ -299,28 +403,9 @@ mod tests {
     }
 
     #[test]
-    fn held_out_cases_are_told_apart() {
-        let small = Corridor { width: 16, height: 16, columns: 1, ..Corridor::default() };
-        let cases = |holdout: Option<u64>| {
-            let set = |seed| small.render(seed, 1).expect("possible");
-            Cases { train: set(1), holdout: holdout.map(set) }
-        };
-        let source = Source::Synthetic(Synthetic { building: 1, holdout_building: 2, frames: 1 });
-        let table = source.to_table(&cases(Some(2))).expect("a table");
-        let check = |cases: Cases, table| cases.check_holdout(table, Path::new("run"));
-        assert!(check(cases(Some(2)), &table).is_ok());
-        for other in [Some(3), None] {
-            let error = check(cases(other), &table).expect_err("another");
-            assert!(matches!(error, CliError::Failed(text) if text.contains("run/settings.toml")));
-        }
-        let table = source.to_table(&cases(None)).expect("a table");
-        assert!(check(cases(None), &table).is_ok());
-    }
-
-    #[test]
     fn names_suit_a_file_system() {
         let named = |path: &str| {
-            let folder = Folder { train: path.into(), holdout: None, train_match: None, holdout_match: None };
+            let folder = Folder { train: path.into(), ..Folder::default() };
             Source::Folder(folder).name()
         };
         assert_eq!([named("/x/My photos"), named("/x/.."), named("/")], ["My_photos", "run", "run"]);

@@ -4,39 +4,16 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use vsonar::dataset::{Constants, Dataset, TOLERANCE};
-use vsonar::evolve::{Evolution, Preset, Score, Settings};
+use vsonar::dataset::{Constants, TOLERANCE};
+use vsonar::evolve::{Evolution, Preset, Settings};
 use vsonar::world::FRAMES;
 
 use super::CliError;
+use super::cases::Cases;
 use super::output::{count, duration, percent, shell_flag, shell_word};
-use super::source::{self, Cases, Source};
+use super::part::Part;
+use super::source::{self, Source};
 use super::table::Table;
-
-/// How the best program does on a set, beside what a detector that never looks would reach.
-#[derive(Debug, Clone, Serialize)]
-struct Part {
-    fitness: f64,
-    correct: u32,
-    cases: u32,
-    /// The best constant of the training cases.
-    constant: f64,
-    /// The best constants of the training cases, one for each column.
-    constant_per_column: f64,
-}
-
-impl Part {
-    fn of(score: Score, constants: &Constants, set: &Dataset) -> Part {
-        let floor = constants.score(set);
-        Part {
-            fitness: score.fitness,
-            correct: score.correct,
-            cases: score.cases,
-            constant: floor.overall_share(),
-            constant_per_column: floor.per_column_share(),
-        }
-    }
-}
 
 /// How the best program does on images and altered copies together.
 #[derive(Debug, Clone, Serialize)]
@@ -70,6 +47,9 @@ pub(crate) struct Report {
     /// With augmentation: what selection saw, the training images and their altered copies.
     #[serde(skip_serializing_if = "Option::is_none")]
     augmented: Option<Augmented>,
+    /// On the validation part, which chose the program.
+    validation: Option<Part>,
+    /// On the held-out part; absent before the run is complete, for nobody is to look at it before.
     holdout: Option<Part>,
     best: Best,
     /// Whether this was a run on the built-in corridor that is smaller than the published ones.
@@ -87,26 +67,30 @@ impl Report {
         folder: &Path,
         seconds: f64,
     ) -> Result<Option<Report>, CliError> {
-        let Some(summary) = evolution.summary(cases.holdout.as_ref())? else { return Ok(None) };
         let settings = evolution.settings();
+        let complete = evolution.generations() >= settings.generations;
+        let holdout = cases.holdout.as_ref().filter(|_| complete);
+        let Some(summary) = evolution.summary(holdout)? else { return Ok(None) };
         let constants = Constants::learn(&cases.train, settings.tolerance);
         let full = Settings::preset(Preset::Default);
-        let holdout = cases.holdout.as_ref().zip(summary.holdout);
+        let solved = &summary.solved;
+        let part = |(set, solved)| Part::of(set, solved, &constants);
         Ok(Some(Report {
             run: folder.to_path_buf(),
-            complete: summary.generations >= settings.generations,
+            complete,
             generations: summary.generations,
             population: settings.population,
             seed: settings.seed,
             evaluations: summary.evaluations,
             seconds,
-            train: Part::of(summary.train, &constants, &cases.train),
+            train: part((&cases.train, &solved.train)),
             augmented: summary.augmented.map(|s| Augmented {
                 fitness: s.fitness,
                 correct: s.correct,
                 cases: s.cases,
             }),
-            holdout: holdout.map(|(set, score)| Part::of(score, &constants, set)),
+            validation: cases.validation.as_ref().zip(solved.validation.as_ref()).map(part),
+            holdout: holdout.zip(solved.holdout.as_ref()).map(part),
             best: Best {
                 file: folder.join("best.gp"),
                 nodes: summary.best.len(),
@@ -116,23 +100,53 @@ impl Report {
             },
             small: source.is_synthetic()
                 && (settings.population < full.population || settings.generations < full.generations),
-            next: next(source, settings, summary.generations, folder),
+            next: next(source, cases, settings, summary.generations, folder),
         }))
     }
 
+    /// The parts there are, by name.
+    fn parts(&self) -> Vec<(&'static str, &Part)> {
+        let parts = [
+            ("training", Some(&self.train)),
+            ("validation", self.validation.as_ref()),
+            ("held out", self.holdout.as_ref()),
+        ];
+        parts.into_iter().filter_map(|(name, part)| Some((name, part?))).collect()
+    }
+
     fn scores(&self) -> Table {
-        let mut table = match self.holdout {
-            Some(_) => Table::new(1, &["", "training", "held out"]),
-            None => Table::new(1, &["", "training"]),
-        };
-        let parts: Vec<&Part> = std::iter::once(&self.train).chain(&self.holdout).collect();
+        let parts = self.parts();
+        let names = parts.iter().map(|(name, _)| *name);
+        let mut table = Table::new(1, &std::iter::once("").chain(names).collect::<Vec<_>>());
         let mut row = |name: &str, cell: &dyn Fn(&Part) -> String| {
-            table.row(std::iter::once(name.to_string()).chain(parts.iter().map(|part| cell(part))));
+            table.row(std::iter::once(name.to_string()).chain(parts.iter().map(|(_, part)| cell(part))));
         };
         row("the evolved program", &|p| percent(p.fitness));
+        row("95 % interval", &|p| {
+            p.interval.map_or("-".to_string(), |(low, high)| format!("{} to {}", percent(low), percent(high)))
+        });
         row("best constant per column", &|p| percent(p.constant_per_column));
         row("best constant", &|p| percent(p.constant));
         row("correct cases", &|p| format!("{} of {}", p.correct, p.cases));
+        table
+    }
+
+    /// The program by column, each beside the constant for it.
+    fn columns(&self) -> Table {
+        let parts = self.parts();
+        let names = parts.iter().flat_map(|(name, _)| [*name, "constant"]);
+        let mut table = Table::new(1, &std::iter::once("column").chain(names).collect::<Vec<_>>());
+        let mut columns: Vec<u32> =
+            parts.iter().flat_map(|(_, part)| part.columns.iter().map(|c| c.x)).collect();
+        columns.sort_unstable();
+        columns.dedup();
+        for x in columns {
+            let cells = parts.iter().flat_map(|(_, part)| match part.columns.iter().find(|c| c.x == x) {
+                Some(column) => [percent(column.fitness), percent(column.constant)],
+                None => ["-", "-"].map(str::to_string),
+            });
+            table.row(std::iter::once(x.to_string()).chain(cells));
+        }
         table
     }
 }
@@ -148,6 +162,13 @@ impl fmt::Display for Report {
             duration(self.seconds)
         )?;
         writeln!(f, "{}", self.scores())?;
+        writeln!(f, "{}", self.columns())?;
+        if self.validation.is_some() {
+            writeln!(
+                f,
+                "Validation chose the program from the hall of fame, so that its figure flatters a little."
+            )?;
+        }
         if let Some(all) = &self.augmented {
             writeln!(
                 f,
@@ -178,7 +199,7 @@ impl fmt::Display for Report {
 }
 
 /// What to do with the result, as commands to copy. They come to the numbers of the summary.
-fn next(source: &Source, settings: &Settings, generations: u32, folder: &Path) -> Vec<String> {
+fn next(source: &Source, cases: &Cases, settings: &Settings, generations: u32, folder: &Path) -> Vec<String> {
     let program = shell_word(&folder.join("best.gp"));
     let flags = |part: &source::Part| {
         let mut flags = format!("--data {}", shell_word(&part.folder));
@@ -200,15 +221,36 @@ fn next(source: &Source, settings: &Settings, generations: u32, folder: &Path) -
             format!("{command}    # {what} as a folder")
         })
     };
-    let (train, holdout) = source.parts();
+    let parts = [
+        Some(("train", "in training")),
+        cases.validation.as_ref().map(|_| ("validation", "in validation")),
+        cases.holdout.as_ref().map(|_| ("holdout", "on the held-out images")),
+    ];
     let mut next = Vec::new();
-    next.extend(synth(&train, "the built-in images"));
-    next.push(format!("vsonar eval {program} {}    # every error, column by column", flags(&train)));
-    if let Some(holdout) = &holdout {
-        next.extend(synth(holdout, "the held-out building"));
-        next.push(format!("vsonar eval {program} {}    # the same on the held-out images", flags(holdout)));
+    if let Some((train, holdout)) = source.parts() {
+        next.extend(synth(&train, "the built-in images"));
+        next.push(format!("vsonar eval {program} {}    # every error, column by column", flags(&train)));
+        if let Some(holdout) = &holdout {
+            next.extend(synth(holdout, "the held-out building"));
+            next.push(format!(
+                "vsonar eval {program} {}    # the same on the held-out images",
+                flags(holdout)
+            ));
+        }
+        next.push(format!("vsonar show {program} {} --out pictures    # what it sees", flags(&train)));
+    } else {
+        // Only the run folder knows which images are in which part.
+        let run = shell_word(folder);
+        for (part, what) in parts.into_iter().flatten() {
+            next.push(format!("vsonar eval {run} --part {part}    # every error {what}"));
+        }
+        if let Some(data) = source.folder() {
+            next.push(format!(
+                "vsonar show {program} --data {} --out pictures    # what it sees",
+                shell_word(&data)
+            ));
+        }
     }
-    next.push(format!("vsonar show {program} {} --out pictures    # what it sees", flags(&train)));
     next.push(format!("vsonar ir {program}    # what the compiler makes of it"));
     let detector = shell_word(&folder.join("detector"));
     next.push(format!("vsonar export {program} --out {detector}    # native code and C for a robot"));

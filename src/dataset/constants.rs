@@ -142,6 +142,11 @@ impl Constants {
         }
     }
 
+    /// Whether the constant of its column is right about a case.
+    pub fn is_correct(&self, case: &super::Case) -> bool {
+        is_correct(self.answer(case.x), case.y, self.tolerance)
+    }
+
     /// The answer for a column of an image that was moved or mirrored: the constant of the nearest column that was
     /// seen, of two equally near ones the left.
     pub fn answer_near(&self, x: u32) -> f64 {
@@ -162,7 +167,7 @@ impl Constants {
         };
         Score {
             overall: correct(&|_| self.overall.answer),
-            per_column: correct(&|x| self.answer(x)),
+            per_column: set.cases().iter().filter(|case| self.is_correct(case)).count(),
             cases: set.cases().len(),
         }
     }
