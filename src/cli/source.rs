@@ -63,10 +63,16 @@ pub(crate) enum Place {
 }
 
 impl FromStr for Place {
-    type Err = std::convert::Infallible;
+    type Err = ParsePartError;
 
-    fn from_str(text: &str) -> Result<Place, Self::Err> {
-        Ok(text.parse().map_or_else(|_| Place::Folder(text.into()), Place::Part))
+    /// A folder whose name could be a part is written with `./` before it.
+    fn from_str(text: &str) -> Result<Place, ParsePartError> {
+        let meant = text.ends_with('%') || text.starts_with("fold:") || text.starts_with("group:");
+        match text.parse() {
+            Ok(part) => Ok(Place::Part(part)),
+            Err(error) if meant => Err(error),
+            Err(_) => Ok(Place::Folder(text.into())),
+        }
     }
 }
 

@@ -13,5 +13,6 @@ mod help;
 mod interruption;
 mod kill;
 mod other;
+mod parts;
 mod run;
 mod show;

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use vsonar::dataset::Dataset;
 use vsonar::evolve::{CaseBits, Evolution, Member, Settings, State, is_correct};
 use vsonar::exec::Candidate;
 
@@ -121,6 +122,34 @@ fn the_summary_scores_the_best() {
     let other = run.summary(Some(&dataset_with(9))).expect("no error").expect("there are generations");
     assert_eq!(other.best, summary.best);
     assert_eq!(other.holdout.map(|s| s.cases), Some(24));
+}
+
+#[test]
+fn validation_changes_nothing_but_the_winner() {
+    let with = |validation: Option<&Dataset>, threads: usize| {
+        let mut run = Evolution::new(&dataset(), settings(), reference(), threads).expect("a run");
+        validation.iter().try_for_each(|set| run.validate_on(set)).expect("possible");
+        run.run(&never(), |_| ()).expect("no error");
+        run
+    };
+    let other = dataset_with(9);
+    let (plain, validated) = (with(None, 1), with(Some(&other), 2));
+    let (a, b) = (plain.state().expect("generations"), validated.state().expect("generations"));
+    assert_eq!((&a.population, &a.hall_of_fame), (&b.population, &b.hall_of_fame));
+    assert!(a.records.iter().all(|r| r.validation_fitness.is_none()));
+    // The winner is whichever of the hall of fame solves most of the other set.
+    let score =
+        |entry: &vsonar::evolve::Entry| validated.score(&entry.individual, &other).expect("possible").correct;
+    let most = b.hall_of_fame.entries().iter().map(score).max();
+    let winner = b.hall_of_fame.entries().iter().find(|e| Some(score(e)) == most).expect("one");
+    let summary = validated.summary(None).expect("no error").expect("generations");
+    assert_eq!((&summary.best, summary.train.correct), (&winner.individual, winner.correct));
+    assert_eq!(summary.validation.map(|s| s.correct), most);
+    assert_eq!(b.records.last().and_then(|r| r.validation_fitness), summary.validation.map(|s| s.fitness));
+    // On the training cases themselves the fittest in training is chosen.
+    let own = with(Some(&dataset()), 1);
+    let (own, plain) = (own.summary(None).expect("no error"), plain.summary(None).expect("no error"));
+    assert_eq!(own.map(|s| s.best), plain.map(|s| s.best));
 }
 
 #[test]
