@@ -15,6 +15,8 @@ use super::output::from_here;
 pub(crate) const BUILDING: u64 = 1;
 /// The building that is held out.
 pub(crate) const OTHER_BUILDING: u64 = 2;
+/// The building that chooses the winner.
+const VALIDATION_BUILDING: u64 = 3;
 
 /// The flags that say where the cases come from.
 #[derive(clap::Args, Clone)]
@@ -145,6 +147,9 @@ pub(crate) struct Folder {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Synthetic {
     building: u64,
+    /// The building that chooses the winner; none in run folders from before there was one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    validation_building: Option<u64>,
     holdout_building: u64,
     frames: usize,
 }
@@ -169,8 +174,12 @@ impl DataArgs {
     /// What the flags say.
     pub(crate) fn source(&self) -> Result<Source, CliError> {
         let Some(data) = &self.data else {
-            let (building, holdout_building) = (BUILDING, OTHER_BUILDING);
-            return Ok(Source::Synthetic(Synthetic { building, holdout_building, frames: FRAMES }));
+            return Ok(Source::Synthetic(Synthetic {
+                building: BUILDING,
+                validation_building: Some(VALIDATION_BUILDING),
+                holdout_building: OTHER_BUILDING,
+                frames: FRAMES,
+            }));
         };
         let folder = |place: &Option<Place>| place.as_ref().and_then(Place::folder).map(absolute).transpose();
         let part = |place: &Option<Place>| place.as_ref().and_then(Place::part);
@@ -295,7 +304,13 @@ impl Source {
     /// In words, for people.
     pub(crate) fn describe(&self) -> String {
         match self {
-            Source::Synthetic(_) => "the built-in corridor, another building held out".to_string(),
+            Source::Synthetic(s) => match s.validation_building {
+                Some(_) => {
+                    "the built-in corridor; one other building chooses the winner, another is held out"
+                        .to_string()
+                }
+                None => "the built-in corridor, another building held out".to_string(),
+            },
             Source::Folder(f) => {
                 let mut text = from_here(&f.train).display().to_string();
                 f.train_match.iter().for_each(|glob| text += &format!(", images {glob}"));
@@ -318,10 +333,10 @@ impl Source {
     pub(crate) fn load(&self) -> Result<Cases, CliError> {
         match self {
             Source::Synthetic(s) => {
-                let corridor = Corridor::default();
-                let train = corridor.render(s.building, s.frames)?;
-                let holdout = Some(corridor.render(s.holdout_building, s.frames)?);
-                Ok(Cases { train, validation: None, holdout, left_out: 0 })
+                let render = |building| Corridor::default().render(building, s.frames);
+                let train = render(s.building)?;
+                let validation = s.validation_building.map(render).transpose()?;
+                Ok(Cases { train, validation, holdout: Some(render(s.holdout_building)?), left_out: 0 })
             }
             Source::Folder(f) => f.load(),
         }
