@@ -27,6 +27,8 @@ Examples:
       a small run on built-in images of a corridor; takes about a minute
   vsonar evolve --data photos --train-match 'run_[AB]*' --holdout-match 'run_C*'
       train on two drives, test on the third
+  vsonar evolve --data photos --holdout 20% --validation 20%
+      hold out the last fifth of each drive; of the rest another fifth chooses the winner
   vsonar evolve --data photos --preset paper --seed 3 --out runs/as-published
       the published method as it stands
   vsonar evolve --data photos --nodes -raw --trees 1 --set selection.tournament=3
