@@ -135,6 +135,20 @@ pub(crate) const TINY: &[&str] = &[
     "filter.max_draws=30",
 ];
 
+/// What makes a tiny run collapse: a population too small, and selected too hard, for what it shall find.
+pub(crate) const HOPELESS: &[&str] = &[
+    "--population",
+    "60",
+    "--generations",
+    "18",
+    "--set",
+    "filter.enabled=false",
+    "--set",
+    "selection.kind=tournament",
+    "--set",
+    "creation.plain_column_probability=0",
+];
+
 /// `evolve` on the place's data, tiny unless the other arguments say otherwise.
 pub(crate) fn tiny<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
     let mut all = vec!["evolve", "--data", "data"];
