@@ -135,12 +135,10 @@ pub(crate) const TINY: &[&str] = &[
     "filter.max_draws=30",
 ];
 
-/// What makes a tiny run collapse: a population too small, and selected too hard, for what it shall find.
+/// What makes a tiny run collapse: selection that is too hard for so small a population.
 pub(crate) const HOPELESS: &[&str] = &[
-    "--population",
-    "60",
     "--generations",
-    "18",
+    "26",
     "--set",
     "filter.enabled=false",
     "--set",

@@ -121,7 +121,10 @@ fn a_summary_as_json_is_one_object() {
 fn a_collapse_is_warned_of_once_and_in_the_summary() {
     let place = Place::new();
     let run = |more: &[&'static str]| {
-        let output = place.command(&tiny(&[HOPELESS, more].concat())).output().expect("started");
+        let output = place
+            .command(&tiny(&[HOPELESS, &["--population", "60"], more].concat()))
+            .output()
+            .expect("started");
         let [text, complaint] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).expect("UTF-8"));
         assert!(output.status.success() && plain(&text) && plain(&complaint), "{complaint}");
         (text, complaint)
