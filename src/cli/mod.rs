@@ -17,6 +17,7 @@ mod executor;
 mod export;
 mod interrupt;
 mod ir;
+mod live;
 mod memory;
 mod output;
 mod program;

@@ -2,21 +2,12 @@
 //! the run has collapsed is shown once for each kind.
 
 use std::io::{self, IsTerminal, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vsonar::dataset::Dataset;
-use vsonar::evolve::{Collapse, Evolution, Progress, Record, Settings, Warning};
+use vsonar::evolve::{Collapse, Evolution, Record, Settings, Warning};
 
+use super::live::{Last, Live};
 use super::output::{count, duration, grouped, percent};
-
-/// How often the live line is drawn again.
-const TICK: Duration = Duration::from_millis(150);
-/// Steps of the bar to a generation.
-const STEPS: u64 = 1000;
 
 /// How a run is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,7 +77,7 @@ impl<'a> View<'a> {
     pub(crate) fn start(style: Style, evolution: &Evolution, total: u32, train: &'a Dataset) -> View<'a> {
         let settings = evolution.settings().clone();
         let records = evolution.state().map_or(Vec::new(), |state| state.records.clone());
-        let last = records.last().map(|record| Last::of(record, train));
+        let last = records.last().map(|record| last(record, train));
         let live = (style == Style::Live).then(|| Live::start(evolution.progress(), total, last));
         View { style, total, settings, train, records, warned: Vec::new(), clock: Clock::default(), live }
     }
@@ -103,8 +94,7 @@ impl<'a> View<'a> {
             Style::Silent => {}
             Style::Live => {
                 if let Some(live) = &self.live {
-                    let last = Some(Last::of(record, self.train));
-                    live.shared.set(State { last, left, at: Instant::now() });
+                    live.show(last(record, self.train), left);
                 }
             }
             Style::Lines => writeln!(io::stdout(), "{}", line(record, self.total, left))?,
@@ -128,7 +118,7 @@ impl<'a> View<'a> {
         self.warned.push(warning.kind);
         let text = format!("warning: {warning}");
         match &self.live {
-            Some(live) => live.shared.say(text),
+            Some(live) => live.say(text),
             None => {
                 let _ = writeln!(io::stderr(), "{text}");
             }
@@ -173,6 +163,11 @@ fn signs(record: &Record, train: &Dataset) -> [String; 2] {
     [parts.join(", "), failed]
 }
 
+/// The generation in the live lines.
+fn last(record: &Record, train: &Dataset) -> Last {
+    Last { fitness: fitness(record), signs: signs(record, train) }
+}
+
 /// A generation as a line. Generations are counted from 0, so the last of 51 is 50.
 fn line(record: &Record, total: u32, left: Option<f64>) -> String {
     let width = total.saturating_sub(1).to_string().len();
@@ -186,135 +181,6 @@ fn line(record: &Record, total: u32, left: Option<f64>) -> String {
         spread(record),
         grouped(rate as u64)
     )
-}
-
-/// A complete generation in the live lines.
-#[derive(Debug, Clone)]
-struct Last {
-    fitness: String,
-    signs: [String; 2],
-}
-
-impl Last {
-    fn of(record: &Record, train: &Dataset) -> Last {
-        Last { fitness: fitness(record), signs: signs(record, train) }
-    }
-}
-
-/// What the live lines show beside the counters of the running generation.
-#[derive(Debug, Clone)]
-struct State {
-    /// The last complete generation.
-    last: Option<Last>,
-    left: Option<f64>,
-    /// When `left` was estimated.
-    at: Instant,
-}
-
-struct Shared {
-    state: Mutex<State>,
-    /// Lines to be printed above the live ones, to stay.
-    lines: Mutex<Vec<String>>,
-    done: AtomicBool,
-}
-
-impl Shared {
-    fn set(&self, state: State) {
-        *self.state.lock().unwrap_or_else(PoisonError::into_inner) = state;
-    }
-
-    fn get(&self) -> State {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    fn say(&self, line: String) {
-        self.lines.lock().unwrap_or_else(PoisonError::into_inner).push(line);
-    }
-
-    fn said(&self) -> Vec<String> {
-        std::mem::take(&mut self.lines.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-}
-
-/// The live lines, drawn by a thread of its own until it is dropped.
-struct Live {
-    shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Live {
-    fn start(progress: Arc<Progress>, total: u32, last: Option<Last>) -> Live {
-        let state = Mutex::new(State { last, left: None, at: Instant::now() });
-        let shared = Arc::new(Shared { state, lines: Mutex::default(), done: AtomicBool::new(false) });
-        let watched = shared.clone();
-        // Without a thread there are no live lines, and the run goes on without it.
-        let thread = std::thread::Builder::new().spawn(move || draw(&watched, &progress, total)).ok();
-        Live { shared, thread }
-    }
-}
-
-impl Drop for Live {
-    fn drop(&mut self) {
-        self.shared.done.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            thread.thread().unpark();
-            // It only draws; whatever went wrong there is no loss.
-            let _ = thread.join();
-        }
-    }
-}
-
-fn draw(shared: &Shared, progress: &Progress, total: u32) {
-    let screen = MultiProgress::with_draw_target(ProgressDrawTarget::stderr_with_hz(10));
-    let bar = screen.add(ProgressBar::new(u64::from(total.max(1)) * STEPS));
-    let below = [(); 2].map(|()| screen.add(ProgressBar::new_spinner()));
-    if let Ok(style) = ProgressStyle::with_template("{wide_msg}") {
-        below.iter().for_each(|line| line.set_style(style.clone()));
-    }
-    let say = || {
-        let lines = shared.said();
-        if !lines.is_empty() {
-            screen.suspend(|| lines.iter().for_each(|line| eprintln!("{line}")));
-        }
-    };
-    if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {msg}") {
-        bar.set_style(style.progress_chars("━╸─"));
-    }
-    let mut samples = std::collections::VecDeque::from([(Instant::now(), progress.evaluations())]);
-    while !shared.done.load(Ordering::Relaxed) {
-        let (now, evaluations) = (Instant::now(), progress.evaluations());
-        samples.push_back((now, evaluations));
-        if samples.len() > 20 {
-            samples.pop_front();
-        }
-        let (then, before) = samples[0];
-        let rate = (evaluations - before) as f64 / now.duration_since(then).as_secs_f64().max(1e-9);
-        let generation = progress.generation();
-        let share = progress.filled() as f64 / progress.slots().max(1) as f64;
-        let position = f64::from(generation) + share.clamp(0.0, 1.0);
-        bar.set_position((position * STEPS as f64) as u64);
-        bar.set_prefix(format!("generation {generation}/{}", total.saturating_sub(1)));
-        let state = shared.get();
-        bar.set_message(message(&state, rate, now));
-        if let Some(last) = state.last {
-            below.iter().zip(last.signs).for_each(|(line, signs)| line.set_message(signs));
-        }
-        say();
-        std::thread::park_timeout(TICK);
-    }
-    say();
-    bar.finish_and_clear();
-    below.iter().for_each(ProgressBar::finish_and_clear);
-}
-
-fn message(state: &State, rate: f64, now: Instant) -> String {
-    let mut parts: Vec<String> = state.last.iter().map(|last| last.fitness.clone()).collect();
-    parts.push(format!("{} programs/s", grouped(rate as u64)));
-    if let Some(left) = state.left {
-        let left = left - now.duration_since(state.at).as_secs_f64();
-        parts.push(format!("{} left", duration(left)));
-    }
-    parts.join(", ")
 }
 
 #[cfg(test)]
