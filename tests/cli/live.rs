@@ -14,7 +14,7 @@ fn terminal(columns: u16) -> (File, OwnedFd) {
     let (mut ours, mut theirs) = (-1, -1);
     let mut size = libc::winsize { ws_row: 40, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 };
     // SAFETY: the places for the results and the size outlive the call; a name and settings are not asked for.
-    let made = unsafe { libc::openpty(&mut ours, &mut theirs, null_mut(), null_mut(), &mut size) };
+    let made = unsafe { libc::openpty(&mut ours, &mut theirs, null_mut(), null_mut(), &raw mut size) };
     assert_eq!(made, 0, "{}", std::io::Error::last_os_error());
     // SAFETY: both were opened just now and belong to nobody else.
     unsafe { (File::from_raw_fd(ours), OwnedFd::from_raw_fd(theirs)) }

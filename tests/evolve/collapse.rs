@@ -30,9 +30,11 @@ fn told(last: usize, change: impl Fn(&mut Record)) -> Option<Collapse> {
     Collapse::of(&records, &settings_of_100(), 256)
 }
 
+type Change<'a> = &'a dyn Fn(&mut Record);
+
 #[test]
 fn each_side_of_each_threshold() {
-    let all: [(Option<Collapse>, &dyn Fn(&mut Record)); 10] = [
+    let all: [(Option<Collapse>, Change); 10] = [
         (None, &|_| ()),
         (None, &|r| r.constant_share = 0.49),
         (Some(Collapse::Constants), &|r| r.constant_share = 0.5),
