@@ -37,7 +37,7 @@ pub(crate) fn individuals(
         let executor = Choice::all_runnable().into_iter().next();
         let executor = executor.map_or_else(|| Choice::Tree.make(), Ok)?;
         let mut evolution = Evolution::new(data, settings.clone(), executor, 0)?;
-        let mut view = View::start(style, evolution.progress(), last + 1, None);
+        let mut view = View::start(style, &evolution, last + 1, data);
         let mut unseen = Ok(());
         let fresh = evolve_fresh(&mut evolution, &missing, stop, |record| {
             if let Err(error) = view.generation(record) {

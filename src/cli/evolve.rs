@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use vsonar::dataset::Dataset;
 use vsonar::evolve::{Evolution, RunFolder, Settings, StopReason};
 
 use super::cases::Cases;
@@ -115,7 +116,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     };
     announce(&prepared, &args, style)?;
     let started = Instant::now();
-    let reason = watch(&mut prepared.evolution, style, &stop)?;
+    let reason = watch(&mut prepared.evolution, &prepared.cases.train, style, &stop)?;
     let seconds = started.elapsed().as_secs_f64();
     let complete = reason == StopReason::Finished;
     if let Some(report) =
@@ -233,13 +234,17 @@ fn announce(run: &Prepared, args: &Args, style: Style) -> Result<(), CliError> {
 }
 
 /// Runs and shows it.
-fn watch(evolution: &mut Evolution, style: Style, stop: &Arc<AtomicBool>) -> Result<StopReason, CliError> {
-    let total = evolution.settings().generations;
-    let last = evolution.state().and_then(|state| state.records.last());
-    let mut view = View::start(style, evolution.progress(), total, last);
+fn watch(
+    evolution: &mut Evolution,
+    train: &Dataset,
+    style: Style,
+    stop: &Arc<AtomicBool>,
+) -> Result<StopReason, CliError> {
+    let mut view = View::start(style, evolution, evolution.settings().generations, train);
     let mut unseen: Option<io::Error> = None;
-    let reason = evolution.run(stop, |record| {
-        if let Err(error) = view.generation(record) {
+    let reason = evolution.run(stop, |record| match view.generation(record) {
+        Ok(()) => view.warn(),
+        Err(error) => {
             unseen = Some(error);
             stop.store(true, Ordering::Relaxed);
         }

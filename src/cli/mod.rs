@@ -18,6 +18,7 @@ mod executor;
 mod export;
 mod interrupt;
 mod ir;
+mod live;
 mod memory;
 mod output;
 mod part;

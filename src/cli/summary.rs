@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use vsonar::dataset::{Constants, TOLERANCE};
-use vsonar::evolve::{Evolution, Preset, Settings};
+use vsonar::evolve::{Evolution, Preset, Settings, Warning};
 use vsonar::world::FRAMES;
 
 use super::CliError;
@@ -52,6 +52,8 @@ pub(crate) struct Report {
     /// On the held-out part; absent before the run is complete, for nobody is to look at it before.
     holdout: Option<Part>,
     best: Best,
+    /// Whether the run ended collapsed, and what to try.
+    warnings: Vec<Warning>,
     /// Whether this was a run on the built-in corridor that is smaller than the published ones.
     small: bool,
     #[serde(skip)]
@@ -98,6 +100,7 @@ impl Report {
                 generation: summary.generation,
                 program: format!("{:#}", summary.best),
             },
+            warnings: evolution.warning().into_iter().collect(),
             small: source.is_synthetic()
                 && (settings.population < full.population || settings.generations < full.generations),
             next: next(source, cases, settings, summary.generations, folder),
@@ -185,6 +188,7 @@ impl fmt::Display for Report {
             self.best.generation,
             self.best.file.display()
         )?;
+        self.warnings.iter().try_for_each(|warning| writeln!(f, "\nWarning: {warning}"))?;
         if self.small {
             writeln!(
                 f,

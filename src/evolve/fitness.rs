@@ -108,13 +108,34 @@ pub(super) fn share(part: u32, whole: u32) -> f64 {
 /// populations with genetic algorithms*, 1993; for GP, R. I. McKay, *Fitness sharing in genetic programming*,
 /// 2000.
 pub fn shared_fitness<'a>(population: impl Iterator<Item = &'a CaseBits> + Clone) -> Vec<f64> {
-    let cases = population.clone().map(CaseBits::len).max().unwrap_or(0);
-    let mut solvers = vec![0u32; cases];
-    for bits in population.clone() {
-        bits.iter().for_each(|case| solvers[case] += 1);
-    }
-    let worth: Vec<f64> = solvers.iter().map(|&n| 1.0 / f64::from(n.max(1))).collect();
+    let worth: Vec<f64> = solvers(population.clone()).iter().map(|&n| 1.0 / f64::from(n.max(1))).collect();
     population.map(|bits| bits.iter().fold(0.0, |sum, case| sum + worth[case])).collect()
+}
+
+/// How many members of a population solve each case, in the order of the cases.
+///
+/// Sixty-four cases are counted at once, in binary counters that lie across words: bit `i` of the k-th word is bit k of
+/// the count of case `i`.
+pub fn solvers<'a>(population: impl Iterator<Item = &'a CaseBits>) -> Vec<u32> {
+    let sets: Vec<&CaseBits> = population.collect();
+    let cases = sets.iter().map(|bits| bits.len()).max().unwrap_or(0);
+    let mut counts = vec![0; cases];
+    for (w, counts) in counts.chunks_mut(64).enumerate() {
+        let mut counters = [0u64; u32::BITS as usize];
+        for bits in &sets {
+            let mut carry = bits.words.get(w).copied().unwrap_or(0);
+            for counter in &mut counters {
+                if carry == 0 {
+                    break;
+                }
+                (*counter, carry) = (*counter ^ carry, *counter & carry);
+            }
+        }
+        for (i, count) in counts.iter_mut().enumerate() {
+            *count = (0..).zip(&counters).map(|(k, counter)| ((counter >> i & 1) as u32) << k).sum();
+        }
+    }
+    counts
 }
 
 /// A 64-bit hash of a sequence of words, the same on every machine.
@@ -176,6 +197,19 @@ mod tests {
         let population = [set(&[0, 1]), set(&[0, 2]), set(&[0, 2]), set(&[])];
         let third = 1.0 / 3.0;
         assert_eq!(shared_fitness(population.iter()), [third + 1.0, third + 0.5, third + 0.5, 0.0]);
+    }
+
+    #[test]
+    fn solvers_are_counted_one_by_one() {
+        for (members, cases) in [(0usize, 0usize), (1, 1), (3, 63), (300, 64), (70, 65), (257, 200)] {
+            let solves =
+                |member: usize, case: usize| (member * case + member / 3).is_multiple_of(1 + case % 7);
+            let sets: Vec<CaseBits> =
+                (0..members).map(|m| CaseBits::from_fn(cases, |case| solves(m, case))).collect();
+            let count = |case| (0..members).filter(|&m| solves(m, case)).count() as u32;
+            let expected: Vec<u32> = (0..cases).map(count).collect();
+            assert_eq!(solvers(sets.iter()), expected, "{members} members, {cases} cases");
+        }
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::collapse::Collapse;
+use super::diversity::{Diversity, HardestCase};
 use super::fitness::share;
 use super::population::{Genotype, Member};
 
@@ -49,6 +51,24 @@ pub struct Record {
     pub distinct_behaviours: u32,
     /// Share of the members that answer the same to every case.
     pub constant_share: f64,
+    /// Share of the members that answer as the most common behaviour does. This and the next three are absent from the
+    /// records of releases that did not count them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_behaviour: Option<f64>,
+    /// Entropy of the training cases solved, as a share of the largest possible: with n members that solve a case and
+    /// p = n / sum of n over all cases, the sum of -p log2 p, divided by log2 of the number of cases. 1 if all cases are
+    /// solved equally often, near 0 if the generation solves but a handful; 0 if it solves none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub case_entropy: Option<f64>,
+    /// Training cases that no member of this generation solves; altered copies are not counted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solved_by_nobody: Option<u32>,
+    /// The training case that the fewest members solve; altered copies are not looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hardest_case: Option<HardestCase>,
+    /// How the run has collapsed; absent as long as it has not. See [`Warning`](super::Warning) for what to try.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warning: Option<Collapse>,
     /// Live operations (instructions that are no leaves) of a program before the optimiser, on average over the
     /// individuals that were lowered for this generation: every draw of the initial one; later each offspring
     /// that equals neither a parent nor an earlier offspring. 0 if there is none; absent from the records of
@@ -136,9 +156,7 @@ impl Record {
         let genotypes: Vec<&Genotype> = population.iter().map(|m| &m.genotype).collect();
         let firsts = Genotype::representatives(&genotypes);
         let distinct = firsts.iter().enumerate().filter(|&(i, &first)| i == first).count();
-        let mut behaviours: Vec<u64> = population.iter().map(|m| m.outcome.behaviour).collect();
-        behaviours.sort_unstable();
-        behaviours.dedup();
+        let diversity = Diversity::of(population, unaltered);
         let constant = population.iter().filter(|m| m.outcome.constant).count();
         Record {
             generation,
@@ -156,8 +174,13 @@ impl Record {
             mean_depth: depths.clone().sum::<u64>() as f64 / count,
             max_depth: depths.max().unwrap_or(0) as u32,
             distinct_programs: distinct as u32,
-            distinct_behaviours: behaviours.len() as u32,
+            distinct_behaviours: diversity.behaviours,
             constant_share: constant as f64 / count,
+            largest_behaviour: Some(diversity.largest),
+            case_entropy: Some(diversity.case_entropy),
+            solved_by_nobody: Some(diversity.solved_by_nobody),
+            hardest_case: diversity.hardest,
+            warning: None,
             operations_before: None,
             operations_after: None,
             distinct_optimised: None,

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use super::breed::{Offspring, Variation, breed};
 use super::cases::Cases;
 use super::checkpoint::{Origin, State};
+use super::collapse::{Collapse, Warning};
 use super::evaluate::{EvaluateError, Evaluator, Tally, Task};
 use super::fitness::CaseBits;
 use super::folder::{FolderError, RunFolder};
@@ -232,6 +233,11 @@ impl Evolution {
         self.state.as_ref()
     }
 
+    /// The warning of the last complete generation, if the run has collapsed.
+    pub fn warning(&self) -> Option<Warning> {
+        Warning::of(&self.state.as_ref()?.records, &self.settings)
+    }
+
     /// The folder in which the run is recorded, if it is.
     pub fn folder(&self) -> Option<&RunFolder> {
         self.folder.as_ref()
@@ -396,6 +402,10 @@ impl Evolution {
             ms_per_uncached: 1e3 * uncached.as_secs_f64() / executed.max(1) as f64,
         };
         records.push(record);
+        let warning = Collapse::of(&records, &self.settings, self.cases.len());
+        if let Some(last) = records.last_mut() {
+            last.warning = warning;
+        }
         State { population: new.members, records, hall_of_fame }
     }
 

@@ -135,6 +135,18 @@ pub(crate) const TINY: &[&str] = &[
     "filter.max_draws=30",
 ];
 
+/// What makes a tiny run collapse: selection that is too hard for so small a population.
+pub(crate) const HOPELESS: &[&str] = &[
+    "--generations",
+    "26",
+    "--set",
+    "filter.enabled=false",
+    "--set",
+    "selection.kind=tournament",
+    "--set",
+    "creation.plain_column_probability=0",
+];
+
 /// `evolve` on the place's data, tiny unless the other arguments say otherwise.
 pub(crate) fn tiny<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
     let mut all = vec!["evolve", "--data", "data"];

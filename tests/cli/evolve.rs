@@ -17,6 +17,16 @@ fn a_run_prints_lines_and_a_summary() {
     {
         assert!(text.contains(part), "no {part:?} in {text}");
     }
+    let log = recorded(&place.path("runs/data-seed-1")).log;
+    for (line, record) in text.lines().filter(|l| l.starts_with("generation ")).zip(&log) {
+        let [entropy, nodes] =
+            ["case_entropy", "mean_nodes"].map(|field| record[field].as_f64().expect("a number"));
+        let spread = format!(
+            ", {} behaviours, entropy {entropy:.2}, {} unsolved, {nodes:.0} nodes, ",
+            record["distinct_behaviours"], record["solved_by_nobody"]
+        );
+        assert!(line.contains(&spread) && line.len() <= 130, "no {spread:?} in {line}");
+    }
     for command in ["vsonar eval", "vsonar show", "vsonar ir", "vsonar export"] {
         assert!(text.contains(&format!("{command} runs/data-seed-1/best.gp")), "{text}");
     }
@@ -105,6 +115,45 @@ fn a_summary_as_json_is_one_object() {
     let output = place.command(&tiny(&["--json", "--quiet", "--out", "y"])).output().expect("started");
     assert!(output.status.success() && output.stderr.is_empty());
     serde_json::from_slice::<Value>(&output.stdout).expect("JSON alone");
+}
+
+#[test]
+fn a_collapse_is_warned_of_once_and_in_the_summary() {
+    let place = Place::new();
+    let run = |more: &[&'static str]| {
+        let output = place
+            .command(&tiny(&[HOPELESS, &["--population", "60"], more].concat()))
+            .output()
+            .expect("started");
+        let [text, complaint] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).expect("UTF-8"));
+        assert!(output.status.success() && plain(&text) && plain(&complaint), "{complaint}");
+        (text, complaint)
+    };
+    let (text, complaint) = run(&["--out", "lines"]);
+    let log = recorded(&place.path("lines")).log;
+    let kinds: std::collections::BTreeSet<_> =
+        log.iter().filter_map(|line| line["warning"].as_str()).collect();
+    assert!(!kinds.is_empty() && log.last().is_some_and(|line| line["warning"].is_string()), "{log:?}");
+    assert_eq!(complaint.matches("warning: ").count(), kinds.len(), "{complaint}");
+    assert_eq!(complaint.lines().count(), kinds.len(), "{complaint}");
+    assert!(complaint.contains("; try `--preset default`, "), "{complaint}");
+    assert_eq!(text.matches("Warning: ").count(), 1, "{text}");
+    // Beside JSON too; but nothing before the summary of a quiet run.
+    let (json, aside) = run(&["--out", "aside", "--json"]);
+    let said: Vec<&str> = aside.lines().filter(|line| line.starts_with("warning: ")).collect();
+    assert_eq!(said, complaint.lines().collect::<Vec<_>>());
+    let summary: Value = serde_json::from_str(&json).expect("JSON alone");
+    let warnings = summary["warnings"].as_array().expect("a list");
+    assert_eq!((warnings.len(), &warnings[0]["kind"]), (1, &log.last().expect("lines")["warning"]));
+    assert!(warnings[0]["remedies"].as_array().is_some_and(|list| list.contains(&"--preset default".into())));
+    let (quiet, nothing) = run(&["--out", "quiet", "--quiet"]);
+    assert!(nothing.is_empty() && quiet.matches("Warning: ").count() == 1, "{nothing}{quiet}");
+    // A complete run that is looked at again says what it said.
+    let again = place.ok(&["evolve", "--resume", "quiet"]);
+    assert!(again.contains("Warning: "), "{again}");
+    let fine = place.ok(&tiny(&["--out", "fine", "--quiet", "--json"]));
+    let fine: Value = serde_json::from_str(&fine).expect("JSON");
+    assert_eq!(fine["warnings"], serde_json::json!([]));
 }
 
 #[test]

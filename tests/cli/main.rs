@@ -12,6 +12,7 @@ mod export_faults;
 mod help;
 mod interruption;
 mod kill;
+mod live;
 mod other;
 mod parts;
 mod run;

@@ -40,6 +40,7 @@ fn records_of_earlier_releases() {
     let record: Record = serde_json::from_str(&line).expect("a record");
     assert_eq!((record.operations_before, record.operations_after), (None, None));
     assert_eq!((record.distinct_optimised, record.timing.evaluate, record.timing.busy), (None, 0.0, 0.0));
+    assert_eq!((record.case_entropy, record.hardest_case, record.warning), (None, None, None));
     let mut state = small_state();
     state.records[0] = record.clone();
     let read = decode(&checkpoint::encode(&state, ORIGIN)).expect("sound");
@@ -47,6 +48,9 @@ fn records_of_earlier_releases() {
     // What was not counted is not made up when the log is written again.
     let again = serde_json::to_value(&read.records[0]).expect("JSON");
     assert!(again.get("operations_before").is_none() && again.get("distinct_optimised").is_none());
+    for field in ["largest_behaviour", "case_entropy", "solved_by_nobody", "hardest_case", "warning"] {
+        assert!(again.get(field).is_none(), "{field}");
+    }
 }
 
 /// A run begun by such a release goes on, and only its earlier records lack the numbers.
@@ -60,6 +64,8 @@ fn a_run_of_an_earlier_release_goes_on() {
     let mut state = run_in(&begun, &short, reference(), 2);
     for record in &mut state.records {
         (record.operations_before, record.operations_after, record.distinct_optimised) = (None, None, None);
+        (record.largest_behaviour, record.case_entropy) = (None, None);
+        (record.solved_by_nobody, record.hardest_case) = (None, None);
     }
     let origin = Origin { settings: short.fingerprint(), data: dataset().fingerprint() };
     fs::write(begun.join("checkpoint"), checkpoint::encode(&state, origin)).expect("writable");

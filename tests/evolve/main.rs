@@ -3,6 +3,7 @@
 mod augmentation;
 mod cache;
 mod checkpoints;
+mod collapse;
 mod common;
 mod determinism;
 mod folders;

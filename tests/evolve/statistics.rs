@@ -1,6 +1,6 @@
 //! The numbers of a generation, held against the members themselves.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use vsonar::dataset::Dataset;
 use vsonar::evolve::{CaseBits, Evolution, Member, Settings, State, is_correct};
@@ -29,7 +29,8 @@ fn a_record_counts_what_is_there() {
     let (record, members) = (state.records.last().expect("records"), &state.population);
     let labels = dataset().labels();
     let mut correct = Vec::new();
-    let mut behaviours = HashSet::new();
+    let mut behaviours = HashMap::new();
+    let mut solvers = [0u32; 24];
     let mut constants = 0;
     for member in members {
         let answers = answers(member);
@@ -37,7 +38,8 @@ fn a_record_counts_what_is_there() {
         assert_eq!(solved, member.outcome.solved);
         correct.push(f64::from(member.correct()));
         let bits = |a: &f32| if a.is_nan() { None } else { Some(a.to_bits()) };
-        behaviours.insert(answers.iter().map(bits).collect::<Vec<_>>());
+        *behaviours.entry(answers.iter().map(bits).collect::<Vec<_>>()).or_insert(0u32) += 1;
+        (0..24).filter(|&i| solved.contains(i)).for_each(|i| solvers[i] += 1);
         constants +=
             usize::from(answers.iter().all(|&a| a == answers[0] || (a.is_nan() && answers[0].is_nan())));
     }
@@ -48,6 +50,20 @@ fn a_record_counts_what_is_there() {
     near(record.median_fitness, (correct[29] + correct[30]) / 48.0);
     near(record.constant_share, constants as f64 / 60.0);
     assert_eq!(record.distinct_behaviours as usize, behaviours.len());
+    let largest = behaviours.values().max().expect("members");
+    near(record.largest_behaviour.expect("counted"), f64::from(*largest) / 60.0);
+    let total = f64::from(solvers.iter().sum::<u32>());
+    let terms =
+        solvers.iter().filter(|&&n| n > 0).map(|&n| f64::from(n) / total * (total / f64::from(n)).ln());
+    near(record.case_entropy.expect("counted"), terms.sum::<f64>() / 24f64.ln());
+    let nobody = solvers.iter().filter(|&&n| n == 0).count();
+    assert_eq!(record.solved_by_nobody.expect("counted") as usize, nobody);
+    let hardest = record.hardest_case.expect("there are cases");
+    let fewest = solvers.iter().min().expect("cases");
+    assert_eq!(
+        (hardest.solvers, Some(hardest.case as usize)),
+        (*fewest, solvers.iter().position(|n| n == fewest))
+    );
     let texts: HashSet<String> = members.iter().map(|m| m.individual().to_string()).collect();
     assert_eq!(record.distinct_programs as usize, texts.len());
     let nodes = members.iter().map(|m| m.individual().len());
