@@ -130,7 +130,13 @@ fn fitness(record: &Record) -> String {
     // With augmentation the others are of altered copies too.
     let unaltered = record.best_fitness_unaltered;
     let unaltered = unaltered.map_or(String::new(), |share| format!(" ({} unaltered)", percent(share)));
-    format!("best {}{unaltered}, mean {}", percent(record.best_fitness), percent(record.mean_fitness))
+    let validation = record.validation_fitness;
+    let validation = validation.map_or(String::new(), |share| format!(", validation {}", percent(share)));
+    format!(
+        "best {}{unaltered}{validation}, mean {}",
+        percent(record.best_fitness),
+        percent(record.mean_fitness)
+    )
 }
 
 /// How alive the generation is, in short; without what an earlier release did not record.
