@@ -17,6 +17,7 @@ mod executor;
 mod export;
 mod interrupt;
 mod ir;
+mod jobs;
 mod memory;
 mod output;
 mod program;
@@ -31,6 +32,7 @@ mod settings;
 mod show;
 mod source;
 mod summary;
+mod sweep;
 mod table;
 mod view;
 
@@ -64,6 +66,7 @@ pub(crate) struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Evolve(Box<evolve::Args>),
+    Sweep(Box<sweep::Args>),
     Eval(eval::Args),
     Show(show::Args),
     Run(Box<run::Args>),
@@ -87,6 +90,7 @@ pub(crate) fn main() -> ExitCode {
     };
     let done = match cli.command {
         Command::Evolve(args) => evolve::run(*args),
+        Command::Sweep(args) => sweep::run(*args),
         Command::Eval(args) => eval::run(args),
         Command::Show(args) => show::run(args),
         Command::Run(args) => run::run(*args),

@@ -66,9 +66,24 @@ pub(crate) struct Folder {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Synthetic {
+    #[serde(default = "building")]
     building: u64,
+    #[serde(default = "other_building")]
     holdout_building: u64,
+    #[serde(default = "frames")]
     frames: usize,
+}
+
+fn building() -> u64 {
+    BUILDING
+}
+
+fn other_building() -> u64 {
+    OTHER_BUILDING
+}
+
+fn frames() -> usize {
+    FRAMES
 }
 
 /// A part of the data, as the flags of other commands have it.
@@ -183,6 +198,22 @@ impl Source {
             })),
             synthetic => Ok(synthetic),
         }
+    }
+
+    /// The folder of the training images, if they are in one.
+    pub(crate) fn folder(&self) -> Option<&Path> {
+        match self {
+            Source::Folder(folder) => Some(&folder.train),
+            Source::Synthetic(_) => None,
+        }
+    }
+
+    /// The same with the training images in another folder; `None` if they are in none.
+    pub(crate) fn with_folder(self, train: &Path) -> Result<Option<Source>, CliError> {
+        Ok(match self {
+            Source::Folder(folder) => Some(Source::Folder(Folder { train: absolute(train)?, ..folder })),
+            Source::Synthetic(_) => None,
+        })
     }
 
     /// Whether it is the built-in corridor.

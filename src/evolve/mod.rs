@@ -60,6 +60,7 @@ mod settings;
 mod settings_check;
 mod settings_draft;
 mod settings_table;
+mod shared;
 mod threads;
 
 pub use checkpoint::{CheckpointError, State};
@@ -76,4 +77,6 @@ pub use selection::{Parsimony, SelectionKind};
 pub use settings::{
     Augmentation, Breeding, Creation, Fault, Filter, Islands, Preset, Selection, Settings, SettingsError,
 };
+pub use lock::Lock;
 pub use settings_draft::Draft;
+pub use shared::SharedSet;

@@ -15,6 +15,7 @@ use super::population::{Genotype, Member};
 use super::progress::Progress;
 use super::record::{GenerationTiming, InitialDraws, Record};
 use super::settings::{Settings, SettingsError};
+use super::shared::SharedSet;
 use crate::dataset::Dataset;
 use crate::exec::Executor;
 use crate::export::Provenance;
@@ -111,16 +112,22 @@ impl Evolution {
         executor: Arc<dyn Executor>,
         threads: usize,
     ) -> Result<Evolution, RunError> {
+        Evolution::on(&SharedSet::new(train), settings, executor, threads)
+    }
+
+    /// The same on a set that several runs share.
+    ///
+    /// # Errors
+    /// As [`Evolution::new`].
+    pub fn on(
+        train: &SharedSet<'_>,
+        settings: Settings,
+        executor: Arc<dyn Executor>,
+        threads: usize,
+    ) -> Result<Evolution, RunError> {
         settings.validate()?;
         let creator = Creator::new(&settings.create_settings())?;
-        let variation = settings.variation();
-        let (cases, data) = if variation.copies() == 0 {
-            (Cases::new(train, settings.tolerance), train.fingerprint())
-        } else {
-            let grown = variation.grow(train, settings.seed);
-            (Cases::grown(&grown, train, settings.tolerance), grown.fingerprint())
-        };
-        cases.keep_strips(Evolution::STRIP_BYTES);
+        let (cases, data) = train.training(&settings);
         Ok(Evolution {
             creator,
             variation: Variation::new(&settings)?,
@@ -142,21 +149,36 @@ impl Evolution {
     /// As [`Evolution::new`]; if the settings are not the folder's, or the checkpoint cannot be used, or belongs
     /// to other data or settings.
     pub fn in_folder(
-        mut folder: RunFolder,
+        folder: RunFolder,
         train: &Dataset,
         settings: Settings,
         executor: Arc<dyn Executor>,
         threads: usize,
     ) -> Result<Evolution, RunError> {
-        let mut run = Evolution::new(train, settings, executor, threads)?;
+        Evolution::in_folder_on(folder, &SharedSet::new(train), settings, executor, threads)
+    }
+
+    /// The same on a set that several runs share.
+    ///
+    /// # Errors
+    /// As [`Evolution::in_folder`].
+    pub fn in_folder_on(
+        mut folder: RunFolder,
+        train: &SharedSet<'_>,
+        settings: Settings,
+        executor: Arc<dyn Executor>,
+        threads: usize,
+    ) -> Result<Evolution, RunError> {
+        let mut run = Evolution::on(train, settings, executor, threads)?;
         run.state = folder.load(run.origin)?;
         if let Some(made) = run.state.as_ref().map(|s| s.records.len() as u32)
             && made > run.settings.generations
         {
             return Err(SettingsError::FewerGenerations { made, asked: run.settings.generations }.into());
         }
-        let (width, height) = (train.width(), train.height());
-        folder.set_origin(Provenance::comment(train.name(), run.settings.seed, width, height));
+        let data = train.data();
+        let (width, height) = (data.width(), data.height());
+        folder.set_origin(Provenance::comment(data.name(), run.settings.seed, width, height));
         folder.set_unaltered(run.cases.unaltered());
         folder.write_settings(&run.settings)?;
         folder.repair(run.state.as_ref())?;
@@ -166,10 +188,11 @@ impl Evolution {
 
     /// Bytes in which strips of columns other than the cases' own are kept, unless [`Evolution::keep_strips`] says
     /// otherwise.
-    pub const STRIP_BYTES: usize = 256 << 20;
+    pub const STRIP_BYTES: usize = SharedSet::STRIP_BYTES;
 
     /// Keeps strips of columns other than the cases' own in at most about so many bytes
-    /// ([`CaseSet::keep_strips`](crate::vision::CaseSet::keep_strips)). It changes nothing but the time.
+    /// ([`CaseSet::keep_strips`](crate::vision::CaseSet::keep_strips)), together with all runs that share its set. It
+    /// changes nothing but the time.
     pub fn keep_strips(&self, bytes: usize) {
         self.cases.keep_strips(bytes);
     }
@@ -389,7 +412,7 @@ impl Evolution {
 }
 
 impl Score {
-    fn new(correct: u32, cases: u32) -> Score {
+    pub(super) fn new(correct: u32, cases: u32) -> Score {
         Score { correct, cases, fitness: super::fitness::share(correct, cases) }
     }
 }
