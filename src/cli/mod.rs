@@ -13,6 +13,7 @@ mod data;
 mod error;
 mod eval;
 mod evolve;
+mod evolve_runs;
 mod executor;
 mod export;
 mod interrupt;

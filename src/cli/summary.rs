@@ -178,7 +178,7 @@ impl fmt::Display for Report {
 }
 
 /// What to do with the result, as commands to copy. They come to the numbers of the summary.
-fn next(source: &Source, settings: &Settings, generations: u32, folder: &Path) -> Vec<String> {
+pub(crate) fn next(source: &Source, settings: &Settings, generations: u32, folder: &Path) -> Vec<String> {
     let program = shell_word(&folder.join("best.gp"));
     let flags = |part: &source::Part| {
         let mut flags = format!("--data {}", shell_word(&part.folder));

@@ -14,4 +14,7 @@ mod interruption;
 mod kill;
 mod other;
 mod run;
+mod runs;
 mod show;
+mod sweep;
+mod sweep_faults;

@@ -26,6 +26,7 @@ use super::source::Cases;
 use super::view::Style;
 use super::{CliError, interrupt};
 use cells::{Cell, Grid, Work};
+pub(crate) use report::between;
 use report::{OfData, Report};
 use results::{PartScore, Results, Row, settings_fingerprint};
 use spec::Spec;
@@ -310,7 +311,7 @@ impl On<'_> {
             fresh: state.records.iter().map(|record| record.timing.executed).sum(),
             nodes: summary.best.len() as u64,
             generation_of_best: summary.generation,
-            program: summary.best.to_string(),
+            program: one_line(&summary.best),
             seconds: start.elapsed().as_secs_f64(),
         }))
     }
@@ -325,6 +326,11 @@ impl On<'_> {
             constant: constants.score(part.data()).per_column_share(),
         })
     }
+}
+
+/// The program in one line, so that every row of the results is one.
+fn one_line(individual: &Individual) -> String {
+    individual.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// A fingerprint as it stands in the results.
