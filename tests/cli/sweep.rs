@@ -8,8 +8,8 @@ use crate::common::*;
 /// Settings of a run so small that the walker takes no time.
 pub(crate) const SMALL: &str = "\
 [settings]
-tolerance = 3
-population = 20
+tolerance = 10
+population = 40
 generations = 3
 creation.min_depth = 2
 creation.max_depth = 4
@@ -89,12 +89,12 @@ fn every_run_is_that_of_evolve() {
             "drive_a*",
             "--holdout-match",
             "drive_b*",
-            "--population",
-            "20",
+            "--tolerance",
+            "10",
             "--generations",
             "3",
         ];
-        let more = ["--seed", &row["seed"], "--set", &kind, "--out", &out, "--json"];
+        let more = ["--seed", &row["seed"], "--set", &kind, "--out", &out, "--json", "--quiet"];
         let json: serde_json::Value =
             serde_json::from_str(&place.ok(&tiny(&[&flags[..], &more].concat()))).expect("JSON");
         assert_eq!(individual(&row["program"]), individual(&place.read(&format!("{out}/best.gp"))));
@@ -107,6 +107,7 @@ fn every_run_is_that_of_evolve() {
         let log = place.read(&format!("{out}/log.jsonl"));
         let fresh: u64 = log.lines().map(|line| executed(serde_json::from_str(line).expect("JSON"))).sum();
         assert_eq!(row["fresh"], fresh.to_string());
+        assert_ne!(row["train_correct"], "0", "else much would be equal by chance");
         assert!(row["holdout_correct"].is_empty() && row["validation_correct"].is_empty());
     }
 }
@@ -182,7 +183,7 @@ fn the_held_out_part_is_looked_at_only_when_asked_for() {
     for (before, after) in before.iter().zip(&after) {
         assert_eq!(before["seconds"], after["seconds"], "the run was not made again");
         place.write("best.gp", &after["program"]);
-        let flags = ["--data", "data", "--match", "drive_b*", "--tolerance", "3", "--json"];
+        let flags = ["--data", "data", "--match", "drive_b*", "--tolerance", "10", "--json"];
         let json = place.ok(&[&["eval", "best.gp"], &flags[..]].concat());
         let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
         assert_eq!(after["holdout_correct"], json["correct"].to_string(), "{json}");
@@ -226,7 +227,7 @@ fn data_can_be_somewhere_else() {
 #[test]
 fn built_in_data_need_no_fields() {
     let tiny =
-        SMALL.replace("population = 20", "population = 4").replace("generations = 3", "generations = 1");
+        SMALL.replace("population = 40", "population = 4").replace("generations = 3", "generations = 1");
     let place = place(&["seeds = 1\n", &tiny, "[[data]]\nname = \"built in\"\nsynthetic.frames = 2\n"]);
     place.ok(&["sweep", "spec.toml", "--quiet"]);
     assert_eq!(rows(&place, "sweeps/spec/results.csv")[0]["setting"], "default");
@@ -258,7 +259,7 @@ fn example_specs_are_sound() {
 fn ctrl_c_keeps_what_is_done() {
     use std::process::Stdio;
     let slow =
-        SMALL.replace("population = 20", "population = 300").replace("generations = 3", "generations = 6");
+        SMALL.replace("population = 40", "population = 300").replace("generations = 3", "generations = 6");
     let place = place(&["seeds = \"1-6\"\n", &slow, DATA, TWO]);
     place.ok(&["sweep", "spec.toml", "--out", "whole", "--quiet"]);
     let mut command = place.command(&["sweep", "spec.toml", "--executor", "tree", "--jobs", "2"]);
