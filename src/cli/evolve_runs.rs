@@ -115,10 +115,10 @@ pub(crate) fn run(args: &Args, runs: u16) -> Result<(), CliError> {
             },
             None => RunFolder::create_numbered(Path::new(RUNS), &source.name(), settings, &table)?,
         };
-        let path = folder.path().to_path_buf();
+        let (path, made) = (folder.path().to_path_buf(), folder.made());
+        let evolution = Evolution::in_folder_on(folder, &train, settings.clone(), executor.clone(), threads);
+        let mut evolution = evolution.inspect_err(|_| made.take_back())?;
         begun.lock().unwrap_or_else(PoisonError::into_inner).push((settings.seed, path.clone()));
-        let mut evolution =
-            Evolution::in_folder_on(folder, &train, settings.clone(), executor.clone(), threads)?;
         if evolution.run(&stop, |_| ())? == StopReason::Interrupted {
             return Ok(None);
         }

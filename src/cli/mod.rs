@@ -47,6 +47,7 @@ const EXAMPLES: &str = "\
 Examples:
   vsonar evolve                                 a first run, on built-in images of a corridor
   vsonar evolve --data photos                   evolve on images and labels of your own
+  vsonar sweep settings.toml                    compare settings over many seeds
   vsonar eval runs/photos-seed-1/best.gp --data photos
   vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
   vsonar run runs/photos-seed-1/best.gp --input photos    its answers to a camera's frames

@@ -3,20 +3,17 @@
 mod cells;
 mod report;
 mod results;
+mod runs;
 pub(crate) mod seeds;
+mod settings;
 mod spec;
 mod view;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::sync::atomic::Ordering;
 
-use vsonar::dataset::Constants;
-use vsonar::evolve::{Evolution, Lock, Settings, SharedSet, StopReason};
-use vsonar::exec::Executor;
-use vsonar::tree::Individual;
+use vsonar::evolve::{Lock, SharedSet};
 
 use super::executor::Choice;
 use super::jobs::{self, Cores};
@@ -25,10 +22,11 @@ use super::output::{self, count, shell_word, write_file};
 use super::source::Cases;
 use super::view::Style;
 use super::{CliError, interrupt};
-use cells::{Cell, Grid, Work};
+use cells::{Grid, Work};
 pub(crate) use report::between;
 use report::{OfData, Report};
-use results::{PartScore, Results, Row, settings_fingerprint};
+use results::{Results, Row};
+use runs::On;
 use spec::Spec;
 pub(crate) use view::Meter;
 
@@ -38,7 +36,7 @@ const SWEEPS: &str = "sweeps";
 const EXAMPLES: &str = "\
 Examples:
   vsonar sweep examples/sweeps/quick.toml
-      a few settings on the built-in corridor; takes about a minute
+      a few settings on the built-in corridor; takes half a minute
   vsonar sweep examples/sweeps/ablation.toml --data corridor=photos --seeds 1-30
       the same experiment on images of your own, with thirty seeds
   vsonar sweep selection.toml --only default,lexicase --jobs 1
@@ -247,95 +245,6 @@ fn announce(
         cores.jobs.min(work.len().max(1)),
         folder.display()
     ))
-}
-
-/// What the runs on a data set work with.
-struct On<'a> {
-    grid: &'a Grid<'a>,
-    train: SharedSet<'a>,
-    holdout: Option<SharedSet<'a>>,
-    executor: &'a Arc<dyn Executor>,
-    stop: &'a AtomicBool,
-}
-
-impl On<'_> {
-    /// Makes a run, or evaluates its winner on the held-out cases; `None` if stopped.
-    fn work(&self, work: &Work, threads: usize) -> Result<Option<Row>, CliError> {
-        let row = match work {
-            Work::Run(cell) => self.run(cell, threads)?,
-            Work::Test(_, row) => Some((**row).clone()),
-        };
-        let Some(mut row) = row else { return Ok(None) };
-        if self.grid.spec.test && row.holdout_fingerprint.is_none() {
-            if let Some(holdout) = &self.holdout {
-                row.set_holdout(self.score(holdout, &row, &self.grid.settings(work.cell()))?);
-            }
-        }
-        Ok(Some(row))
-    }
-
-    fn run(&self, cell: &Cell, threads: usize) -> Result<Option<Row>, CliError> {
-        let start = Instant::now();
-        let settings = self.grid.settings(cell);
-        let mut evolution = Evolution::on(&self.train, settings.clone(), self.executor.clone(), threads)?;
-        if evolution.run(self.stop, |_| ())? == StopReason::Interrupted {
-            return Ok(None);
-        }
-        let (Some(summary), Some(state)) = (evolution.summary(None)?, evolution.state()) else {
-            return Ok(None);
-        };
-        let (data, setting) = self.grid.names(cell);
-        let constants = Constants::learn(self.train.data(), settings.tolerance);
-        Ok(Some(Row {
-            data: data.to_string(),
-            setting: setting.to_string(),
-            seed: cell.seed,
-            settings_fingerprint: settings_fingerprint(&settings),
-            train_fingerprint: hex(&self.train),
-            validation_fingerprint: None,
-            holdout_fingerprint: None,
-            train_correct: summary.train.correct,
-            train_cases: summary.train.cases,
-            train_fitness: summary.train.fitness,
-            train_constant: constants.score(self.train.data()).per_column_share(),
-            validation_correct: None,
-            validation_cases: None,
-            validation_fitness: None,
-            validation_constant: None,
-            holdout_correct: None,
-            holdout_cases: None,
-            holdout_fitness: None,
-            holdout_constant: None,
-            generations: summary.generations,
-            evaluations: summary.evaluations,
-            fresh: state.records.iter().map(|record| record.timing.executed).sum(),
-            nodes: summary.best.len() as u64,
-            generation_of_best: summary.generation,
-            program: one_line(&summary.best),
-            seconds: start.elapsed().as_secs_f64(),
-        }))
-    }
-
-    /// What the winner of a row does on a part of the data.
-    fn score(&self, part: &SharedSet<'_>, row: &Row, settings: &Settings) -> Result<PartScore, CliError> {
-        let winner: Individual = row.program.parse()?;
-        let constants = Constants::learn(self.train.data(), settings.tolerance);
-        Ok(PartScore {
-            fingerprint: hex(part),
-            score: part.score(&winner, self.executor.clone(), settings.tolerance)?,
-            constant: constants.score(part.data()).per_column_share(),
-        })
-    }
-}
-
-/// The program in one line, so that every row of the results is one.
-fn one_line(individual: &Individual) -> String {
-    individual.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-/// A fingerprint as it stands in the results.
-fn hex(set: &SharedSet<'_>) -> String {
-    format!("{:016x}", set.fingerprint())
 }
 
 /// What is known so far.
