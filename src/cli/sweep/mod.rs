@@ -10,6 +10,7 @@ mod spec;
 mod view;
 
 use std::fs;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -231,7 +232,9 @@ fn announce(
     style: Style,
 ) -> Result<(), CliError> {
     if results.torn {
-        eprintln!("{}: the last row was torn; its run is made again", results.path().display());
+        // Without standard error, it has to do that the run is made again.
+        let text = format!("{}: the last row was torn; its run is made again\n", results.path().display());
+        let _ = io::stderr().write_all(text.as_bytes());
     }
     if style == Style::Silent || args.json {
         return Ok(());

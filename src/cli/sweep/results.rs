@@ -94,13 +94,23 @@ impl Row {
         }
     }
 
-    /// Notes what the winner does on the held-out part.
-    pub(crate) fn set_holdout(&mut self, part: PartScore) {
-        self.holdout_fingerprint = Some(part.fingerprint);
-        self.holdout_correct = Some(part.score.correct);
-        self.holdout_cases = Some(part.score.cases);
-        self.holdout_fitness = Some(part.score.fitness);
-        self.holdout_constant = Some(part.constant);
+    /// Notes what the winner does on a part that it was not trained on.
+    pub(crate) fn set(&mut self, part: Part, PartScore { fingerprint, score, constant }: PartScore) {
+        let (correct, cases) = (Some(score.correct), Some(score.cases));
+        let (fitness, constant) = (Some(score.fitness), Some(constant));
+        match part {
+            Part::Train => {}
+            Part::Validation => {
+                self.validation_fingerprint = Some(fingerprint);
+                (self.validation_correct, self.validation_cases) = (correct, cases);
+                (self.validation_fitness, self.validation_constant) = (fitness, constant);
+            }
+            Part::Holdout => {
+                self.holdout_fingerprint = Some(fingerprint);
+                (self.holdout_correct, self.holdout_cases) = (correct, cases);
+                (self.holdout_fitness, self.holdout_constant) = (fitness, constant);
+            }
+        }
     }
 
     /// Whether it is the row of this cell.
@@ -258,7 +268,7 @@ pub(crate) mod tests {
     fn rows_are_found_again() {
         let mut tested = row("lexicase, selection.tournament=3", 1, 90);
         let score = Score { correct: 4, cases: 9, fitness: 4.0 / 9.0 };
-        tested.set_holdout(PartScore { fingerprint: "02".into(), score, constant: 0.25 });
+        tested.set(Part::Holdout, PartScore { fingerprint: "02".into(), score, constant: 0.25 });
         let (dir, _) = written(&[row("a", 7, 80), tested.clone(), row("a", 7, 81)]);
         let read = Results::read(dir.path()).expect("sound");
         assert_eq!((read.rows.clone(), read.torn), (vec![tested.clone(), row("a", 7, 81)], false));

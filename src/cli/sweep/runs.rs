@@ -11,7 +11,7 @@ use vsonar::tree::Individual;
 
 use super::super::CliError;
 use super::cells::{Cell, Grid, Work};
-use super::results::{PartScore, Row, settings_fingerprint};
+use super::results::{Part, PartScore, Row, settings_fingerprint};
 
 /// What the runs on a data set work with.
 pub(crate) struct On<'a> {
@@ -30,10 +30,11 @@ impl On<'_> {
             Work::Test(_, row) => Some((**row).clone()),
         };
         let Some(mut row) = row else { return Ok(None) };
-        if self.grid.spec.test && row.holdout_fingerprint.is_none() {
-            if let Some(holdout) = &self.holdout {
-                row.set_holdout(self.score(holdout, &row, &self.grid.settings(work.cell()))?);
-            }
+        if self.grid.spec.test
+            && row.holdout_fingerprint.is_none()
+            && let Some(holdout) = &self.holdout
+        {
+            row.set(Part::Holdout, self.score(holdout, &row, &self.grid.settings(work.cell()))?);
         }
         Ok(Some(row))
     }
