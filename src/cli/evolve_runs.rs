@@ -223,23 +223,19 @@ impl Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut table = Table::new(1, &["seed", "training", "held out", "nodes", "seconds", "run"]);
+        let parts: &[&str] = if self.holdout.is_some() { &["training", "held out"] } else { &["training"] };
+        let mut table = Table::new(1, &[&["seed"], parts, &["nodes", "seconds", "run"]].concat());
         for one in &self.runs {
-            table.row([
-                one.seed.to_string(),
-                percent(one.train.fitness),
-                one.holdout.map_or(String::new(), |part| percent(part.fitness)),
-                grouped(one.nodes as u64),
-                format!("{:.1}", one.seconds),
-                one.run.display().to_string(),
-            ]);
+            let scores = std::iter::once(one.train).chain(one.holdout).map(|part| percent(part.fitness));
+            let rest =
+                [grouped(one.nodes as u64), format!("{:.1}", one.seconds), one.run.display().to_string()];
+            table.row(std::iter::once(one.seed.to_string()).chain(scores).chain(rest));
         }
         let mut row = |name: &str, of: &dyn Fn(Quartiles) -> String| {
-            table.row([
-                name.to_string(),
-                self.train.map_or(String::new(), of),
-                self.holdout.map_or(String::new(), of),
-            ]);
+            table.row(
+                std::iter::once(name.to_string())
+                    .chain([self.train, self.holdout].into_iter().flatten().map(of)),
+            );
         };
         row("median", &|q| percent(q.median));
         row("quartiles", &between);
