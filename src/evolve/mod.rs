@@ -69,6 +69,7 @@ pub use evaluate::EvaluateError;
 pub use fitness::{CaseBits, is_correct, shared_fitness};
 pub use folder::{FolderError, Made, RunFolder};
 pub use hall_of_fame::{Entry, EntryLine, HallOfFame};
+pub use lock::Lock;
 pub use population::{Genotype, Member, Outcome};
 pub use progress::Progress;
 pub use record::{GenerationTiming, InitialDraws, Record};
@@ -77,6 +78,5 @@ pub use selection::{Parsimony, SelectionKind};
 pub use settings::{
     Augmentation, Breeding, Creation, Fault, Filter, Islands, Preset, Selection, Settings, SettingsError,
 };
-pub use lock::Lock;
 pub use settings_draft::Draft;
 pub use shared::SharedSet;
