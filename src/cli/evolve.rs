@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use vsonar::dataset::Dataset;
-use vsonar::evolve::{Evolution, RunFolder, Settings, StopReason};
+use vsonar::evolve::{Evolution, RunFolder, Settings, SharedSet, StopReason};
 
 use super::cases::Cases;
 use super::executor::Choice;
@@ -17,10 +17,10 @@ use super::settings::SettingsArgs;
 use super::source::{DataArgs, Source};
 use super::summary::Report;
 use super::view::{Style, View};
-use super::{CliError, interrupt};
+use super::{CliError, evolve_runs, interrupt};
 
 /// The folder that run folders are made in.
-const RUNS: &str = "runs";
+pub(crate) const RUNS: &str = "runs";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -38,6 +38,8 @@ Examples:
       select parents by single cases, and keep the five best
   vsonar evolve --data photos --set augmentation.mirror=0.5 --set augmentation.variants=2
       also on two copies of each image, half of them mirrored; [augmentation] of settings.toml has more
+  vsonar evolve --data photos --runs 10 --out runs/ten
+      seeds 1 to 10, one after the other, and their median; the same command goes on with what was stopped
   vsonar evolve --settings runs/photos-seed-1/settings.toml --seed 2
       the same data and settings again, with another seed
   vsonar evolve --resume runs/photos-seed-1 --generations 100
@@ -55,37 +57,66 @@ pub(crate) struct Args {
     data: DataArgs,
     #[command(flatten)]
     settings: SettingsArgs,
-    /// The run folder to make [default: runs/NAME-seed-N with the next free number]
+    /// The run folder to make [default: runs/NAME-seed-N with the next free number]; with `--runs` the folder of folders seed-N
     #[arg(long, value_name = "RUN", help_heading = "Run")]
-    out: Option<PathBuf>,
+    pub(crate) out: Option<PathBuf>,
+    /// So many runs, with the seeds from `--seed` on, each in a run folder of its own [default: 1]
+    ///
+    /// What the images need to be prepared is done once. With `--out`, runs that are in that folder already are gone on
+    /// with, complete ones only shown.
+    #[arg(long, value_name = "N", help_heading = "Run", value_parser = clap::value_parser!(u16).range(1..))]
+    runs: Option<u16>,
+    /// Runs at a time, which share the threads [default: 1]
+    #[arg(long, value_name = "N", help_heading = "Run", requires = "runs", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
+    /// Cross-validation: a run for each K-th of the images, trained on the others and tested on it
+    ///
+    /// Parts are taken as `--holdout fold:1/K` takes them.
+    #[arg(
+        long,
+        value_name = "K",
+        help_heading = "Run",
+        requires = "data",
+        conflicts_with_all = ["holdout", "holdout_match"],
+        value_parser = clap::value_parser!(u32).range(2..=1000)
+    )]
+    pub(crate) folds: Option<u32>,
     /// Go on with the run of this folder; accepts only more generations, threads, executor, memory, strip cache and quietness
     #[arg(
         long,
         value_name = "RUN",
         help_heading = "Run",
         conflicts_with_all = [
-            "data", "holdout", "train_match", "holdout_match", "validation", "validation_match", "split_by", "gap", "preset", "settings", "seed", "population", "trees",
-            "tolerance", "nodes", "set", "out",
+            "data", "holdout", "train_match", "holdout_match", "validation", "validation_match", "split_by", "gap", "folds",
+            "preset", "settings", "seed", "population", "trees", "tolerance", "nodes", "set", "out", "runs",
         ]
     )]
     resume: Option<PathBuf>,
     /// Threads that evaluate programs [default: one for each core]
     #[arg(long, value_name = "N", help_heading = "Run", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    pub(crate) threads: Option<u16>,
     /// What runs the programs; all give the same results
     #[arg(long, value_name = "NAME", help_heading = "Run", value_enum, default_value_t = Choice::Auto)]
-    executor: Choice,
+    pub(crate) executor: Choice,
     #[command(flatten, next_help_heading = "Run")]
-    memory: MemoryArgs,
+    pub(crate) memory: MemoryArgs,
     /// Keep windows of columns that programs choose themselves in at most this many MiB, within `--memory`; 0 keeps none
     #[arg(long, value_name = "MIB", help_heading = "Run", default_value_t = (Evolution::STRIP_BYTES >> 20) as u32)]
     strip_cache: u32,
     /// Show nothing before the summary
     #[arg(long, short, help_heading = "Run")]
-    quiet: bool,
+    pub(crate) quiet: bool,
     /// Print the summary as JSON
     #[arg(long, help_heading = "Run")]
-    json: bool,
+    pub(crate) json: bool,
+}
+
+/// What a new run is to be.
+pub(crate) struct Plan {
+    pub(crate) source: Source,
+    pub(crate) settings: Settings,
+    /// The settings file that names the source, if no flag does.
+    pub(crate) named: Option<PathBuf>,
 }
 
 /// A run ready to go.
@@ -101,13 +132,34 @@ struct Prepared {
 impl Args {
     /// Passes the limit of the strip cache on; `room` bytes are left under the limit of all memory.
     fn keep_strips(&self, evolution: &Evolution, room: u64) {
-        let bytes = (u64::from(self.strip_cache) << 20).min(room);
-        evolution.keep_strips(usize::try_from(bytes).unwrap_or(usize::MAX));
+        evolution.keep_strips(usize::try_from(self.strip_bytes(room)).unwrap_or(usize::MAX));
+    }
+
+    /// The limit of the strip cache.
+    pub(crate) fn strip_bytes(&self, room: u64) -> u64 {
+        (u64::from(self.strip_cache) << 20).min(room)
+    }
+
+    /// Data and settings of a new run.
+    pub(crate) fn plan(&self) -> Result<Plan, CliError> {
+        let file = self.settings.file()?;
+        let named = file.as_ref().filter(|_| !self.data.given()).and_then(|f| Some((f.data()?, f.path())));
+        let source = match named {
+            Some((data, path)) => Source::from_table(data, path)?.named_in(path)?,
+            None => self.data.source()?,
+        };
+        let small = named.is_none() && source.is_synthetic();
+        let settings = self.settings.settings(file.as_ref(), small)?;
+        Ok(Plan { source, settings, named: named.map(|(_, path)| path.to_path_buf()) })
     }
 }
 
 /// Evolves.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
+    let runs = args.runs.unwrap_or(1);
+    if runs > 1 || args.folds.is_some() {
+        return evolve_runs::run(&args, runs);
+    }
     let style = Style::of(args.quiet, args.json);
     let stop = interrupt::stop_flag()?;
     let mut prepared = match &args.resume {
@@ -133,14 +185,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 
 /// A new run. What can be wrong is found before the run folder is made.
 fn fresh(args: &Args) -> Result<Prepared, CliError> {
-    let file = args.settings.file()?;
-    let named = file.as_ref().filter(|_| !args.data.given()).and_then(|f| Some((f.data()?, f.path())));
-    let source = match named {
-        Some((data, path)) => Source::from_table(data, path)?.named_in(path)?,
-        None => args.data.source()?,
-    };
-    let small = named.is_none() && source.is_synthetic();
-    let settings = args.settings.settings(file.as_ref(), small)?;
+    let Plan { source, settings, named } = args.plan()?;
     let executor = args.executor.make()?;
     if let Some(out) = &args.out
         && out.symlink_metadata().is_ok()
@@ -159,8 +204,7 @@ fn fresh(args: &Args) -> Result<Prepared, CliError> {
     match Evolution::in_folder(folder, &cases.train, settings, executor, threads) {
         Ok(mut evolution) => {
             args.keep_strips(&evolution, room);
-            cases.validation.iter().try_for_each(|set| evolution.validate_on(set))?;
-            let named = named.map(|(_, path)| path.to_path_buf());
+            cases.validation.iter().try_for_each(|set| evolution.validate_on(&SharedSet::new(set)))?;
             Ok(Prepared { evolution, cases, source, named, folder: path })
         }
         Err(error) => {
@@ -185,7 +229,7 @@ fn resume(args: &Args, path: &Path) -> Result<Prepared, CliError> {
     let threads = usize::from(args.threads.unwrap_or(0));
     let mut evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads)?;
     args.keep_strips(&evolution, room);
-    cases.validation.iter().try_for_each(|set| evolution.validate_on(set))?;
+    cases.validation.iter().try_for_each(|set| evolution.validate_on(&SharedSet::new(set)))?;
     Ok(Prepared { evolution, cases, source, named: None, folder: path.to_path_buf() })
 }
 

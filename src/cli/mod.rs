@@ -14,10 +14,12 @@ mod data;
 mod error;
 mod eval;
 mod evolve;
+mod evolve_runs;
 mod executor;
 mod export;
 mod interrupt;
 mod ir;
+mod jobs;
 mod live;
 mod memory;
 mod output;
@@ -29,11 +31,13 @@ mod run_input;
 mod run_latency;
 mod run_output;
 mod run_worker;
+mod runs_report;
 mod sensitivity;
 mod settings;
 mod show;
 mod source;
 mod summary;
+mod sweep;
 mod table;
 mod view;
 
@@ -47,6 +51,7 @@ const EXAMPLES: &str = "\
 Examples:
   vsonar evolve                                 a first run, on built-in images of a corridor
   vsonar evolve --data photos                   evolve on images and labels of your own
+  vsonar sweep settings.toml                    compare settings over many seeds
   vsonar eval runs/photos-seed-1/best.gp --data photos
   vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
   vsonar run runs/photos-seed-1/best.gp --input photos    its answers to a camera's frames
@@ -67,6 +72,7 @@ pub(crate) struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Evolve(Box<evolve::Args>),
+    Sweep(Box<sweep::Args>),
     Eval(eval::Args),
     Show(show::Args),
     Run(Box<run::Args>),
@@ -90,6 +96,7 @@ pub(crate) fn main() -> ExitCode {
     };
     let done = match cli.command {
         Command::Evolve(args) => evolve::run(*args),
+        Command::Sweep(args) => sweep::run(*args),
         Command::Eval(args) => eval::run(args),
         Command::Show(args) => show::run(args),
         Command::Run(args) => run::run(*args),

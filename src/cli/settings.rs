@@ -209,13 +209,7 @@ fn set(draft: &mut Draft, assignment: &str) -> Result<(), CliError> {
     if matches!(key.split('.').next(), Some("preset" | "data")) {
         return Err(usage("this is no setting; there are the flags `--preset` and `--data`".to_string()));
     }
-    // A name of a node type may hold anything but a dot.
-    let mut parts = key.rsplit('.').map(str::to_string);
-    let last = parts.next().unwrap_or_default();
-    let mut table: toml::Table = std::iter::once((last, value_of(value))).collect();
-    for part in parts {
-        table = std::iter::once((part, toml::Value::Table(table))).collect();
-    }
+    let table = nested(key, value_of(value));
     draft.lay_over(&table.to_string(), &flag).map_err(|error| match error {
         SettingsError::Syntax { message, .. } => usage(format!(
             "{message}; every setting with its meaning stands in the settings.toml of a run folder"
@@ -223,6 +217,18 @@ fn set(draft: &mut Draft, assignment: &str) -> Result<(), CliError> {
         SettingsError::ValueAt { fault, .. } | SettingsError::Value(fault) => usage(fault.to_string()),
         other => usage(other.to_string()),
     })
+}
+
+/// The table in which a field of this dotted name has this value.
+pub(crate) fn nested(key: &str, value: toml::Value) -> toml::Table {
+    // A name of a node type may hold anything but a dot.
+    let mut parts = key.rsplit('.').map(str::to_string);
+    let last = parts.next().unwrap_or_default();
+    let mut table: toml::Table = std::iter::once((last, value)).collect();
+    for part in parts {
+        table = std::iter::once((part, toml::Value::Table(table))).collect();
+    }
+    table
 }
 
 /// A value as TOML has it; what is none is a name.

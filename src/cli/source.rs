@@ -146,12 +146,27 @@ pub(crate) struct Folder {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Synthetic {
+    #[serde(default = "building")]
     building: u64,
-    /// The building that chooses the winner; none in run folders from before there was one.
+    /// The building that chooses the winner, if one is to.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     validation_building: Option<u64>,
+    #[serde(default = "other_building")]
     holdout_building: u64,
+    #[serde(default = "frames")]
     frames: usize,
+}
+
+fn building() -> u64 {
+    BUILDING
+}
+
+fn other_building() -> u64 {
+    OTHER_BUILDING
+}
+
+fn frames() -> usize {
+    FRAMES
 }
 
 /// A part of the data, as the flags of other commands have it.
@@ -246,6 +261,22 @@ impl Source {
         }
     }
 
+    /// The folder of the training images, if they are in one.
+    pub(crate) fn folder(&self) -> Option<&Path> {
+        match self {
+            Source::Folder(folder) => Some(&folder.train),
+            Source::Synthetic(_) => None,
+        }
+    }
+
+    /// The same with the training images in another folder; `None` if they are in none.
+    pub(crate) fn with_folder(self, train: &Path) -> Result<Option<Source>, CliError> {
+        Ok(match self {
+            Source::Folder(folder) => Some(Source::Folder(Folder { train: absolute(train)?, ..folder })),
+            Source::Synthetic(_) => None,
+        })
+    }
+
     /// Whether it is the built-in corridor.
     pub(crate) fn is_synthetic(&self) -> bool {
         matches!(self, Source::Synthetic(_))
@@ -262,9 +293,9 @@ impl Source {
         if name.trim_matches('.').is_empty() { "run".to_string() } else { name }
     }
 
-    /// What `vsonar eval` has to be told to look at the training cases, and at those held out; nothing if a part of the
-    /// folder was held out or set aside that no pattern names, for then only the run folder knows.
-    pub(crate) fn parts(&self) -> Option<(Part, Option<Part>)> {
+    /// What `vsonar eval` has to be told to look at the training cases, at those of validation and at those held out;
+    /// nothing if a part of the folder was taken away that no pattern names, for then only the run folder knows.
+    pub(crate) fn parts(&self) -> Option<[Option<Part>; 3]> {
         match self {
             Source::Folder(f) => {
                 let part = |dir: &Path, pattern: &Option<String>| Part {
@@ -280,7 +311,8 @@ impl Source {
                     (None, Some(_)) => Some(part(&f.train, &f.holdout_match)),
                     (None, None) => None,
                 };
-                Some((part(&f.train, &f.train_match), holdout))
+                let validation = f.validation.as_ref().map(|dir| part(dir, &None));
+                Some([Some(part(&f.train, &f.train_match)), validation, holdout])
             }
             Source::Synthetic(s) => {
                 let part = |name: &str, building| Part {
@@ -288,16 +320,31 @@ impl Source {
                     pattern: None,
                     synth: Some((building, s.frames)),
                 };
-                Some((part("corridor", s.building), Some(part("elsewhere", s.holdout_building))))
+                let validation = s.validation_building.map(|building| part("between", building));
+                Some([
+                    Some(part("corridor", s.building)),
+                    validation,
+                    Some(part("elsewhere", s.holdout_building)),
+                ])
             }
         }
     }
 
-    /// The folder of the training images, if they are in one.
-    pub(crate) fn folder(&self) -> Option<PathBuf> {
+    /// The same with a part of the training images held out; `None` if they are in no folder.
+    pub(crate) fn without(self, part: &dataset::Part) -> Option<Source> {
         match self {
-            Source::Folder(f) => Some(from_here(&f.train)),
+            Source::Folder(folder) => {
+                Some(Source::Folder(Folder { holdout_part: Some(part.to_string()), ..folder }))
+            }
             Source::Synthetic(_) => None,
+        }
+    }
+
+    /// Whether a part is held out.
+    pub(crate) fn has_holdout(&self) -> bool {
+        match self {
+            Source::Folder(f) => f.holdout.is_some() || f.holdout_match.is_some() || f.holdout_part.is_some(),
+            Source::Synthetic(_) => true,
         }
     }
 

@@ -10,7 +10,7 @@ use vsonar::world::FRAMES;
 
 use super::CliError;
 use super::cases::Cases;
-use super::output::{count, duration, percent, shell_flag, shell_word};
+use super::output::{count, duration, from_here, percent, shell_flag, shell_word};
 use super::part::Part;
 use super::source::{self, Source};
 use super::table::Table;
@@ -203,7 +203,13 @@ impl fmt::Display for Report {
 }
 
 /// What to do with the result, as commands to copy. They come to the numbers of the summary.
-fn next(source: &Source, cases: &Cases, settings: &Settings, generations: u32, folder: &Path) -> Vec<String> {
+pub(crate) fn next(
+    source: &Source,
+    cases: &Cases,
+    settings: &Settings,
+    generations: u32,
+    folder: &Path,
+) -> Vec<String> {
     let program = shell_word(&folder.join("best.gp"));
     let flags = |part: &source::Part| {
         let mut flags = format!("--data {}", shell_word(&part.folder));
@@ -231,17 +237,21 @@ fn next(source: &Source, cases: &Cases, settings: &Settings, generations: u32, f
         cases.holdout.as_ref().map(|_| ("holdout", "on the held-out images")),
     ];
     let mut next = Vec::new();
-    if let Some((train, holdout)) = source.parts() {
-        next.extend(synth(&train, "the built-in images"));
-        next.push(format!("vsonar eval {program} {}    # every error, column by column", flags(&train)));
-        if let Some(holdout) = &holdout {
-            next.extend(synth(holdout, "the held-out building"));
-            next.push(format!(
-                "vsonar eval {program} {}    # the same on the held-out images",
-                flags(holdout)
-            ));
+    if let Some(parts) = source.parts() {
+        let words = [
+            ("the built-in images", "every error, column by column"),
+            ("the building of validation", "the same on the validation images"),
+            ("the held-out building", "the same on the held-out images"),
+        ];
+        for (part, (images, errors)) in
+            parts.iter().zip(words).filter_map(|(part, words)| Some((part.as_ref()?, words)))
+        {
+            next.extend(synth(part, images));
+            next.push(format!("vsonar eval {program} {}    # {errors}", flags(part)));
         }
-        next.push(format!("vsonar show {program} {} --out pictures    # what it sees", flags(&train)));
+        if let [Some(train), ..] = &parts {
+            next.push(format!("vsonar show {program} {} --out pictures    # what it sees", flags(train)));
+        }
     } else {
         // Only the run folder knows which images are in which part.
         let run = shell_word(folder);
@@ -251,7 +261,7 @@ fn next(source: &Source, cases: &Cases, settings: &Settings, generations: u32, f
         if let Some(data) = source.folder() {
             next.push(format!(
                 "vsonar show {program} --data {} --out pictures    # what it sees",
-                shell_word(&data)
+                shell_word(&from_here(data))
             ));
         }
     }

@@ -1,5 +1,7 @@
 //! Fitness cases prepared for evaluation, and the verdict on answers to them.
 
+use std::sync::Arc;
+
 use super::fitness::{CaseBits, behaviour, is_constant, is_correct};
 use super::population::Outcome;
 use crate::dataset::Dataset;
@@ -9,7 +11,7 @@ use crate::vision::CaseSet;
 
 /// Fitness cases prepared for evaluation.
 pub(super) struct Cases {
-    set: CaseSet,
+    set: Arc<CaseSet>,
     labels: Vec<f64>,
     /// How many of them, the first ones, are of images as they are; the others are of altered copies.
     unaltered: usize,
@@ -21,17 +23,14 @@ pub(super) struct Cases {
 }
 
 impl Cases {
-    pub(super) fn new(data: &Dataset, tolerance: f64) -> Cases {
-        Cases::grown(data, data, tolerance)
-    }
-
-    /// The cases of a set that was grown from another by altered copies, which come after those of the other.
-    pub(super) fn grown(data: &Dataset, from: &Dataset, tolerance: f64) -> Cases {
+    /// The cases of a set that was grown from another by altered copies, which come after those of the other; `set` is
+    /// what [`Dataset::case_set`] makes of it.
+    pub(super) fn grown(data: &Dataset, from: &Dataset, set: Arc<CaseSet>, tolerance: f64) -> Cases {
         let mut labels = from.labels();
         labels.sort_unstable();
         labels.dedup();
         Cases {
-            set: data.case_set(),
+            set,
             labels: data.cases().iter().map(|case| f64::from(case.y)).collect(),
             unaltered: from.cases().len(),
             width: data.width(),

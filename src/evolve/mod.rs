@@ -62,6 +62,7 @@ mod settings;
 mod settings_check;
 mod settings_draft;
 mod settings_table;
+mod shared;
 mod threads;
 mod validation;
 
@@ -73,6 +74,7 @@ pub use evaluate::EvaluateError;
 pub use fitness::{CaseBits, is_correct, shared_fitness, solvers};
 pub use folder::{FolderError, Made, RunFolder};
 pub use hall_of_fame::{Entry, EntryLine, HallOfFame};
+pub use lock::Lock;
 pub use population::{Genotype, Member, Outcome};
 pub use progress::Progress;
 pub use record::{GenerationTiming, InitialDraws, Record};
@@ -82,3 +84,4 @@ pub use settings::{
     Augmentation, Breeding, Creation, Fault, Filter, Islands, Preset, Selection, Settings, SettingsError,
 };
 pub use settings_draft::Draft;
+pub use shared::SharedSet;

@@ -17,6 +17,7 @@ use super::population::{Genotype, Member};
 use super::progress::Progress;
 use super::record::{GenerationTiming, InitialDraws, Record};
 use super::settings::{Settings, SettingsError};
+use super::shared::SharedSet;
 use super::validation::{Validation, Verdicts};
 use crate::dataset::Dataset;
 use crate::exec::Executor;
@@ -131,16 +132,22 @@ impl Evolution {
         executor: Arc<dyn Executor>,
         threads: usize,
     ) -> Result<Evolution, RunError> {
+        Evolution::on(&SharedSet::new(train), settings, executor, threads)
+    }
+
+    /// The same on a set that several runs share.
+    ///
+    /// # Errors
+    /// As [`Evolution::new`].
+    pub fn on(
+        train: &SharedSet<'_>,
+        settings: Settings,
+        executor: Arc<dyn Executor>,
+        threads: usize,
+    ) -> Result<Evolution, RunError> {
         settings.validate()?;
         let creator = Creator::new(&settings.create_settings())?;
-        let variation = settings.variation();
-        let (cases, data) = if variation.copies() == 0 {
-            (Cases::new(train, settings.tolerance), train.fingerprint())
-        } else {
-            let grown = variation.grow(train, settings.seed);
-            (Cases::grown(&grown, train, settings.tolerance), grown.fingerprint())
-        };
-        cases.keep_strips(Evolution::STRIP_BYTES);
+        let (cases, data) = train.training(&settings);
         Ok(Evolution {
             creator,
             variation: Variation::new(&settings)?,
@@ -163,21 +170,36 @@ impl Evolution {
     /// As [`Evolution::new`]; if the settings are not the folder's, or the checkpoint cannot be used, or belongs
     /// to other data or settings.
     pub fn in_folder(
-        mut folder: RunFolder,
+        folder: RunFolder,
         train: &Dataset,
         settings: Settings,
         executor: Arc<dyn Executor>,
         threads: usize,
     ) -> Result<Evolution, RunError> {
-        let mut run = Evolution::new(train, settings, executor, threads)?;
+        Evolution::in_folder_on(folder, &SharedSet::new(train), settings, executor, threads)
+    }
+
+    /// The same on a set that several runs share.
+    ///
+    /// # Errors
+    /// As [`Evolution::in_folder`].
+    pub fn in_folder_on(
+        mut folder: RunFolder,
+        train: &SharedSet<'_>,
+        settings: Settings,
+        executor: Arc<dyn Executor>,
+        threads: usize,
+    ) -> Result<Evolution, RunError> {
+        let mut run = Evolution::on(train, settings, executor, threads)?;
         run.state = folder.load(run.origin)?;
         if let Some(made) = run.state.as_ref().map(|s| s.records.len() as u32)
             && made > run.settings.generations
         {
             return Err(SettingsError::FewerGenerations { made, asked: run.settings.generations }.into());
         }
-        let (width, height) = (train.width(), train.height());
-        folder.set_origin(Provenance::comment(train.name(), run.settings.seed, width, height));
+        let data = train.data();
+        let (width, height) = (data.width(), data.height());
+        folder.set_origin(Provenance::comment(data.name(), run.settings.seed, width, height));
         folder.set_unaltered(run.cases.unaltered());
         folder.write_settings(&run.settings)?;
         folder.repair(run.state.as_ref(), Verdicts::NONE)?;
@@ -190,8 +212,8 @@ impl Evolution {
     ///
     /// # Errors
     /// If the hall of fame there is cannot be evaluated or the folder cannot be written.
-    pub fn validate_on(&mut self, data: &Dataset) -> Result<(), RunError> {
-        let mut validation = Validation::new(data, self.settings.tolerance);
+    pub fn validate_on(&mut self, data: &SharedSet<'_>) -> Result<(), RunError> {
+        let mut validation = Validation::new(data.cases(self.settings.tolerance));
         if let Some(state) = &self.state {
             validation.judge(&self.evaluator, &state.hall_of_fame)?;
             if let Some(folder) = &self.folder {
@@ -204,10 +226,11 @@ impl Evolution {
 
     /// Bytes in which strips of columns other than the cases' own are kept, unless [`Evolution::keep_strips`] says
     /// otherwise.
-    pub const STRIP_BYTES: usize = 256 << 20;
+    pub const STRIP_BYTES: usize = SharedSet::STRIP_BYTES;
 
     /// Keeps strips of columns other than the cases' own in at most about so many bytes
-    /// ([`CaseSet::keep_strips`](crate::vision::CaseSet::keep_strips)). It changes nothing but the time.
+    /// ([`CaseSet::keep_strips`](crate::vision::CaseSet::keep_strips)), together with all runs that share its set. It
+    /// changes nothing but the time.
     pub fn keep_strips(&self, bytes: usize) {
         self.cases.keep_strips(bytes);
     }
@@ -440,7 +463,7 @@ impl Evolution {
     /// # Errors
     /// If it cannot be evaluated.
     pub fn solved(&self, individual: &Individual, data: &Dataset) -> Result<CaseBits, RunError> {
-        let cases = Cases::new(data, self.settings.tolerance);
+        let cases = SharedSet::new(data).cases(self.settings.tolerance);
         Ok(self.evaluator.score(individual, &cases)?.outcome.solved)
     }
 
@@ -454,7 +477,7 @@ impl Evolution {
 }
 
 impl Score {
-    fn of(solved: &CaseBits) -> Score {
+    pub(super) fn of(solved: &CaseBits) -> Score {
         Score { correct: solved.count(), cases: solved.len() as u32, fitness: solved.fitness() }
     }
 }

@@ -17,6 +17,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
+use toml::Spanned;
+use toml::de::DeTable;
 
 use super::selection::{Parsimony, SelectionKind};
 use super::settings_check::set_weight;
@@ -232,7 +234,26 @@ impl Settings {
         text: &str,
         file: &str,
     ) -> Result<(Given, Option<Preset>), SettingsError> {
-        let mut partial = parse(text, file)?;
+        self.overlay_partial(parse(text, file)?, text, file)
+    }
+
+    /// The same with a table of the text.
+    pub(super) fn overlay_table(
+        &mut self,
+        table: Spanned<DeTable<'_>>,
+        text: &str,
+        file: &str,
+    ) -> Result<(Given, Option<Preset>), SettingsError> {
+        let partial = Partial::deserialize(toml::Deserializer::from(table));
+        self.overlay_partial(partial.map_err(|error| syntax(&error, text, file))?, text, file)
+    }
+
+    fn overlay_partial(
+        &mut self,
+        mut partial: Partial,
+        text: &str,
+        file: &str,
+    ) -> Result<(Given, Option<Preset>), SettingsError> {
         let mut places = Places::new();
         let preset = partial.preset;
         if let Some(preset) = preset {
@@ -339,14 +360,17 @@ impl Settings {
 }
 
 fn parse(text: &str, file: &str) -> Result<Partial, SettingsError> {
-    toml::from_str(text).map_err(|error| {
-        let (line, column) = position(text, error.span().map_or(0, |span| span.start));
-        let message = error.message().trim_end().replace('\n', " ");
-        SettingsError::Syntax { file: file.to_string(), line, column, message }
-    })
+    toml::from_str(text).map_err(|error| syntax(&error, text, file))
 }
 
-fn position(text: &str, offset: usize) -> (usize, usize) {
+fn syntax(error: &toml::de::Error, text: &str, file: &str) -> SettingsError {
+    let (line, column) = position(text, error.span().map_or(0, |span| span.start));
+    let message = error.message().trim_end().replace('\n', " ");
+    SettingsError::Syntax { file: file.to_string(), line, column, message }
+}
+
+/// Line and column, both from 1, of a byte of a text.
+pub(super) fn position(text: &str, offset: usize) -> (usize, usize) {
     let before = text.get(..offset).unwrap_or(text);
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().map_or(0, |tail| tail.chars().count()) + 1;

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::settings::{Fault, Settings, SettingsError};
+use toml::Spanned;
+use toml::de::DeTable;
+
+use super::settings::{Fault, Given, Preset, Settings, SettingsError};
 
 /// Settings that are still being put together: files and single changes are laid one over the other, and only
 /// what they come to is checked. So the order of changes that make sense only together does not matter.
@@ -48,8 +51,31 @@ impl Draft {
     /// the source in messages, here and at the end. The draft is then as it was.
     pub fn lay_over(&mut self, text: &str, file: &str) -> Result<(), SettingsError> {
         let mut settings = self.settings.clone();
-        let (given, preset) = settings.overlay(text, file)?;
+        let laid = settings.overlay(text, file)?;
         self.settings = settings;
+        self.remember(laid, file);
+        Ok(())
+    }
+
+    /// The same with a table of a larger text, which has a meaning of its own: `text` is the whole of it, so that
+    /// places in messages are those of the file.
+    ///
+    /// # Errors
+    /// As [`Draft::lay_over`].
+    pub fn lay_over_table(
+        &mut self,
+        table: Spanned<DeTable<'_>>,
+        text: &str,
+        file: &str,
+    ) -> Result<(), SettingsError> {
+        let mut settings = self.settings.clone();
+        let laid = settings.overlay_table(table, text, file)?;
+        self.settings = settings;
+        self.remember(laid, file);
+        Ok(())
+    }
+
+    fn remember(&mut self, (given, preset): (Given, Option<Preset>), file: &str) {
         if preset.is_some() {
             self.givers.clear();
         }
@@ -58,7 +84,6 @@ impl Draft {
             let place = Some((file.to_string(), line, column));
             self.givers.insert(field, Giver { source: self.sources, place });
         }
-        Ok(())
     }
 
     /// Changes a field, or a table of them, that is named here by its dotted name.

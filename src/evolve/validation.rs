@@ -7,7 +7,6 @@ use super::cases::Cases;
 use super::evaluate::{EvaluateError, Evaluator};
 use super::fitness::CaseBits;
 use super::hall_of_fame::{Entry, HallOfFame};
-use crate::dataset::Dataset;
 use crate::tree::Individual;
 
 /// The validation part, and what it said of the entries of the hall of fame.
@@ -17,8 +16,8 @@ pub(super) struct Validation {
 }
 
 impl Validation {
-    pub(super) fn new(data: &Dataset, tolerance: f64) -> Validation {
-        Validation { cases: Cases::new(data, tolerance), known: Vec::new() }
+    pub(super) fn new(cases: Cases) -> Validation {
+        Validation { cases, known: Vec::new() }
     }
 
     /// Judges the entries, those that are new by running them.

@@ -91,7 +91,7 @@ fn commands_to_copy_repeat_the_numbers() {
         check(&[&set[..], TINY].concat(), 2);
     }
     // The built-in corridor, of which the folders are still to be made.
-    check(&["evolve", "--population", "10", "--generations", "1", "--set", "filter.max_draws=2"], 2);
+    check(&["evolve", "--population", "10", "--generations", "1", "--set", "filter.max_draws=2"], 3);
 }
 
 #[test]
@@ -350,7 +350,9 @@ fn without_data_there_is_a_corridor() {
     let text = place.ok(&["data", "synth", "small", "--size", "48x32", "--frames", "2"]);
     assert!(text.contains("2 images of 48 x 32 pixels, 12 cases"), "{text}");
     place.ok(&["data", "synth", "corridor"]);
-    place.ok(&[&["evolve", "--data", "corridor", "--out", "folder"], &small[..]].concat());
+    place.ok(&["data", "synth", "between", "--seed", "3"]);
+    let folders = ["evolve", "--data", "corridor", "--validation", "between", "--out", "folder"];
+    place.ok(&[&folders, &small[..]].concat());
     assert_eq!(recorded(&place.path("folder")).log[0], recorded(&place.path("runs/synthetic-seed-1")).log[0]);
 }
 

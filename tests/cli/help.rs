@@ -9,6 +9,7 @@ use crate::common::*;
 const COMMANDS: &[&[&str]] = &[
     &[],
     &["evolve"],
+    &["sweep"],
     &["eval"],
     &["show"],
     &["run"],
@@ -47,9 +48,19 @@ fn every_command_has_help_with_examples() {
         assert!(short.lines().all(|line| line.chars().count() <= 120), "{short}");
     }
     let all = help(&[]);
-    for command in
-        ["evolve", "eval", "show", "run", "ir", "export", "bench", "calibrate", "data", "completions"]
-    {
+    for command in [
+        "evolve",
+        "sweep",
+        "eval",
+        "show",
+        "run",
+        "ir",
+        "export",
+        "bench",
+        "calibrate",
+        "data",
+        "completions",
+    ] {
         assert!(all.contains(&format!(" {command} ")), "{all}");
     }
 }
@@ -138,8 +149,20 @@ fn the_smaller_defaults_without_data_are_the_real_ones() {
 fn other_stated_defaults_are_the_real_ones() {
     assert!(of_flag(&help(&["eval"]), "--tolerance").contains(&format!("[default: {TOLERANCE}]")));
     assert!(of_flag(&help(&["eval"]), "--executor").contains("[default: auto]"));
+    let (evolve, sweep) = (help(&["evolve"]), help(&["sweep"]));
+    for (text, flag, value) in [
+        (&evolve, "--runs", "1"),
+        (&evolve, "--jobs", "1"),
+        (&sweep, "--out", "sweeps/NAME of the file"),
+        (&sweep, "--jobs", "one for each thread"),
+        (&sweep, "--threads", "one for each core"),
+        (&sweep, "--executor", "auto"),
+        (&sweep, "--strip-cache", "256"),
+    ] {
+        assert!(of_flag(text, flag).contains(&format!("[default: {value}]")), "{flag}");
+    }
     assert!(of_flag(&help(&["data", "synth"]), "--frames").contains(&format!("[default: {FRAMES}]")));
-    for command in ["evolve", "eval", "show", "bench"] {
+    for command in ["evolve", "sweep", "eval", "show", "bench"] {
         // The number itself is tested where it is computed.
         let said = of_flag(&help(&[command]), "--memory");
         let default = "[default: three quarters of the machine's memory, 8 where that is unknown]";

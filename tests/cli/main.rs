@@ -16,4 +16,7 @@ mod live;
 mod other;
 mod parts;
 mod run;
+mod runs;
 mod show;
+mod sweep;
+mod sweep_faults;

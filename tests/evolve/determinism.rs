@@ -4,7 +4,7 @@ use std::hash::Hasher;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use vsonar::evolve::{Evolution, RunFolder, State, StopReason};
+use vsonar::evolve::{Evolution, RunFolder, Settings, SharedSet, State, StopReason};
 use vsonar::exec::{Candidate, ExecError, Executor, Timing, Worker};
 use vsonar::vision::CaseSet;
 
@@ -197,4 +197,38 @@ fn more_generations_on_resume_equal_a_longer_run() {
     drop(run);
     assert_eq!(content(&grown), content(&long));
     assert_eq!(read(&grown, "settings.toml"), read(&long, "settings.toml"));
+}
+
+#[test]
+fn runs_that_share_a_set_are_as_if_alone() {
+    let data = dataset();
+    let executor: Arc<dyn Executor> = Arc::new(vsonar::exec::batch::BatchExecutor::widest());
+    let mut altered = settings();
+    (altered.seed, altered.augmentation.mirror) = (3, 0.5);
+    let all = [settings(), Settings { seed: 2, tolerance: 8.0, ..settings() }, altered];
+    // Alone, each on a set of its own; together, at the same time on one, whose strips are soon forgotten or never kept.
+    let finish = |mut run: Evolution| {
+        assert_eq!(run.run(&never(), |_| ()).expect("no error"), StopReason::Finished);
+        let state = run.state().expect("a state");
+        (state.without_timing(), executed(state))
+    };
+    let alone = |settings: &Settings| {
+        finish(Evolution::new(&data, settings.clone(), executor.clone(), 2).expect("a run"))
+    };
+    let expected = all.each_ref().map(alone);
+    for strips in [SharedSet::STRIP_BYTES, 1 << 16, 0] {
+        let shared = SharedSet::new(&data).keep_strips(strips);
+        let together = |settings: &Settings| {
+            finish(Evolution::on(&shared, settings.clone(), executor.clone(), 2).expect("a run"))
+        };
+        let found = std::thread::scope(|scope| {
+            let together = &together;
+            let runs = all.each_ref().map(|settings| scope.spawn(move || together(settings)));
+            runs.map(|run| run.join().expect("no panic"))
+        });
+        assert!(found == expected, "with {strips} bytes of strips");
+        let best = &found[1].0.hall_of_fame.best().expect("there is one");
+        let score = shared.score(&best.individual, executor.clone(), 8.0).expect("it can be run");
+        assert_eq!(score.correct, best.correct);
+    }
 }

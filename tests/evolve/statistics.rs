@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use vsonar::dataset::Dataset;
-use vsonar::evolve::{CaseBits, Evolution, Member, Settings, State, is_correct};
+use vsonar::evolve::{CaseBits, Evolution, Member, Settings, SharedSet, State, is_correct};
 use vsonar::exec::Candidate;
 
 use crate::common::*;
@@ -144,7 +144,7 @@ fn the_summary_scores_the_best() {
 fn validation_changes_nothing_but_the_winner() {
     let with = |validation: Option<&Dataset>, threads: usize| {
         let mut run = Evolution::new(&dataset(), settings(), reference(), threads).expect("a run");
-        validation.iter().try_for_each(|set| run.validate_on(set)).expect("possible");
+        validation.iter().try_for_each(|set| run.validate_on(&SharedSet::new(set))).expect("possible");
         run.run(&never(), |_| ()).expect("no error");
         run
     };

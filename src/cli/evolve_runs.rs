@@ -1,0 +1,239 @@
+//! `vsonar evolve --runs` and `--folds`: the same run with several seeds, on data that are prepared once, and on several
+//! parts of them.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::PoisonError;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use vsonar::dataset::{Constants, Part};
+use vsonar::evolve::{Evolution, FolderError, RunFolder, Settings, SharedSet, StopReason};
+
+use super::cases::Cases;
+use super::evolve::{Args, Plan, RUNS};
+use super::jobs::{self, Cores};
+use super::memory::Need;
+use super::output::{self, count, grouped, shell_word};
+use super::runs_report::{One, Report, Scored};
+use super::source::Source;
+use super::sweep::Meter;
+use super::view::Style;
+use super::{CliError, interrupt};
+
+/// A way to part the data: one of the folds, or the only one.
+struct Fold {
+    number: Option<u32>,
+    source: Source,
+    cases: Cases,
+    /// Bytes left under the limit of all memory.
+    room: u64,
+}
+
+/// A run of a fold that was begun.
+struct Begun {
+    fold: Option<u32>,
+    seed: u64,
+    path: PathBuf,
+}
+
+/// Runs with the seed of the settings and those after it, on each fold.
+pub(crate) fn run(args: &Args, runs: u16) -> Result<(), CliError> {
+    let Plan { source, settings, named, .. } = args.plan()?;
+    let seeds: Vec<u64> = (0..u64::from(runs)).map(|i| settings.seed.saturating_add(i)).collect();
+    let all: Vec<Settings> = seeds.iter().map(|&seed| Settings { seed, ..settings.clone() }).collect();
+    all.iter()
+        .try_for_each(Settings::validate)
+        .map_err(|e| CliError::Usage(format!("--runs {runs}: {e}")))?;
+    let cores = Cores::new(args.jobs, args.threads, |_| 1);
+    let folds = folds(args, &source, &settings, cores)?;
+    if let Some(out) = &args.out {
+        // Those that are there are gone on with; what cannot be is found before anything is run.
+        for (fold, settings) in folds.iter().flat_map(|fold| all.iter().map(move |settings| (fold, settings)))
+        {
+            let path = place(out, fold.number, settings.seed);
+            if path.exists() {
+                goes_on(&path, settings, &fold.cases)?;
+            }
+        }
+    }
+    let stop = interrupt::stop_flag()?;
+    let style = Style::of(args.quiet, args.json);
+    let total = all.len() * folds.len();
+    if style != Style::Silent && !args.json {
+        let named = named.as_ref().map_or(String::new(), |file| format!(", as {} says", file.display()));
+        let folds = args
+            .folds
+            .map_or(String::new(), |k| format!(", each without one of {k} parts that it is tested on"));
+        output::print(&format!(
+            "Training on {}{named}\n{}{folds} of {} individuals and {}, seeds {} to {}, {} at a time\n",
+            source.describe(),
+            count(total as u64, "run"),
+            grouped(settings.population.into()),
+            count(settings.generations.into(), "generation"),
+            settings.seed,
+            seeds.last().copied().unwrap_or(settings.seed),
+            cores.jobs.min(all.len()),
+        ))?;
+    }
+    // Where the runs are that were begun, so that it can be said how to go on.
+    let begun: Mutex<Vec<Begun>> = Mutex::default();
+    let mut done: Vec<One> = Vec::new();
+    let mut meter = Meter::start(style, total);
+    for fold in &folds {
+        on_fold(args, fold, &all, cores, &stop, &begun, |one| {
+            let line = one.to_string();
+            done.push(one);
+            meter.end(&line)
+        })?;
+    }
+    drop(meter);
+    if stop.load(Ordering::Relaxed) {
+        let begun = begun.into_inner().unwrap_or_else(PoisonError::into_inner);
+        return Err(interrupted(args, &all, total, &done, &begun));
+    }
+    done.sort_by_key(|one| (one.fold, one.seed));
+    let report = Report::of(done, &source, &settings);
+    if args.json { output::print_json(&report) } else { output::print(&report.to_string()) }
+}
+
+/// The folds with their cases, which are to fit into memory one after the other.
+fn folds(args: &Args, source: &Source, settings: &Settings, cores: Cores) -> Result<Vec<Fold>, CliError> {
+    let without = |number: u32, count: u32| source.clone().without(&Part::Fold(number, count));
+    let sources: Vec<(Option<u32>, Source)> = match args.folds {
+        None => vec![(None, source.clone())],
+        Some(count) => (1..=count).filter_map(|i| Some((Some(i), without(i, count)?))).collect(),
+    };
+    let variation = settings.variation();
+    let fold = |(number, source): (Option<u32>, Source)| {
+        let cases = source.load()?;
+        let others = cases.validation.iter().chain(&cases.holdout);
+        let mut needs: Vec<Need> = std::iter::once(&cases.train).chain(others).map(Need::of).collect();
+        if variation.copies() > 0 {
+            needs.extend((0..cores.jobs).map(|_| Need::grown(&cases.train, &variation)));
+        }
+        let room = args.memory.check_needs(needs)?;
+        Ok(Fold { number, source, cases, room })
+    };
+    sources.into_iter().map(fold).collect()
+}
+
+/// All runs of a fold, as many at a time as there are jobs.
+fn on_fold(
+    args: &Args,
+    fold: &Fold,
+    all: &[Settings],
+    cores: Cores,
+    stop: &AtomicBool,
+    begun: &Mutex<Vec<Begun>>,
+    mut done: impl FnMut(One) -> Result<(), CliError>,
+) -> Result<(), CliError> {
+    let Fold { number, source, cases, room } = fold;
+    let executor = args.executor.make()?;
+    let table = source.to_table(cases)?;
+    let strips = usize::try_from(args.strip_bytes(*room)).unwrap_or(usize::MAX);
+    let share = |data| SharedSet::new(data).keep_strips(strips);
+    let train = share(&cases.train);
+    let (validation, holdout) = (cases.validation.as_ref().map(share), cases.holdout.as_ref().map(share));
+    let name = source.name() + &number.map_or(String::new(), |fold| format!("-fold-{fold}"));
+    let work = |settings: &Settings, threads: usize| -> Result<Option<One>, CliError> {
+        let start = Instant::now();
+        let folder = match &args.out {
+            Some(out) => match place(out, *number, settings.seed) {
+                path if path.exists() => goes_on(&path, settings, cases)?,
+                path => RunFolder::create(&path, settings, &table)?,
+            },
+            None => RunFolder::create_numbered(Path::new(RUNS), &name, settings, &table)?,
+        };
+        let (path, made) = (folder.path().to_path_buf(), folder.made());
+        let evolution = Evolution::in_folder_on(folder, &train, settings.clone(), executor.clone(), threads);
+        let mut evolution = evolution.inspect_err(|_| made.take_back())?;
+        validation.iter().try_for_each(|set| evolution.validate_on(set))?;
+        let one = Begun { fold: *number, seed: settings.seed, path: path.clone() };
+        begun.lock().unwrap_or_else(PoisonError::into_inner).push(one);
+        if evolution.run(stop, |_| ())? == StopReason::Interrupted {
+            return Ok(None);
+        }
+        let Some(summary) = evolution.summary(None)? else { return Ok(None) };
+        let constants = Constants::learn(&cases.train, settings.tolerance);
+        let scored = |score, set| Scored::of(score, constants.score(set).per_column_share());
+        let holdout = match &holdout {
+            Some(set) => {
+                let score = set.score(&summary.best, executor.clone(), settings.tolerance)?;
+                Some(scored(score, set.data()))
+            }
+            None => None,
+        };
+        Ok(Some(One {
+            fold: *number,
+            seed: settings.seed,
+            run: path,
+            train: scored(summary.train, &cases.train),
+            validation: summary
+                .validation
+                .zip(cases.validation.as_ref())
+                .map(|(score, set)| scored(score, set)),
+            holdout,
+            nodes: summary.best.len(),
+            generation: summary.generation,
+            seconds: start.elapsed().as_secs_f64(),
+            next: super::summary::next(
+                source,
+                cases,
+                settings,
+                settings.generations,
+                evolution.folder().map_or(Path::new(""), RunFolder::path),
+            ),
+        }))
+    };
+    jobs::each(all, cores, stop, work, |_, one: One| done(one))
+}
+
+/// The folder of a run among several.
+fn place(out: &Path, fold: Option<u32>, seed: u64) -> PathBuf {
+    let out = fold.map_or_else(|| out.to_path_buf(), |fold| out.join(format!("fold-{fold}")));
+    out.join(format!("seed-{seed}"))
+}
+
+/// A run folder that is there already, if it is of a run with these settings and data, or such a run with fewer
+/// generations.
+fn goes_on(path: &Path, settings: &Settings, cases: &Cases) -> Result<RunFolder, CliError> {
+    let (folder, made) = RunFolder::open(path)?;
+    if made.fingerprint() != settings.fingerprint() {
+        return Err(FolderError::OtherSettings(path.to_path_buf()).into());
+    }
+    cases.check(folder.data(), path)?;
+    Ok(folder)
+}
+
+fn interrupted(args: &Args, all: &[Settings], total: usize, done: &[One], begun: &[Begun]) -> CliError {
+    let mut text = format!(
+        "interrupted with {} of {} complete and the others saved; go on with",
+        done.len(),
+        count(total as u64, "run")
+    );
+    if let Some(out) = &args.out {
+        let folds = args.folds.map_or(String::new(), |k| format!(" --folds {k}"));
+        text += &format!(
+            " the same command: vsonar evolve --runs {}{folds} --out {} ...",
+            all.len(),
+            shell_word(out)
+        );
+        return CliError::Interrupted(text);
+    }
+    text += ":";
+    let is_done = |run: &Begun| done.iter().any(|one| one.seed == run.seed && one.fold == run.fold);
+    for run in begun.iter().filter(|run| !is_done(run)) {
+        text += &format!("\n  vsonar evolve --resume {}", shell_word(&run.path));
+    }
+    if args.folds.is_some() {
+        text += "\n  (with `--out` the same command would go on with all of them)";
+        return CliError::Interrupted(text);
+    }
+    let left: Vec<u64> =
+        all.iter().map(|s| s.seed).filter(|seed| begun.iter().all(|run| run.seed != *seed)).collect();
+    if let (Some(first), n) = (left.first(), left.len()) {
+        text += &format!("\n  the same command with --seed {first} --runs {n}");
+    }
+    CliError::Interrupted(text)
+}

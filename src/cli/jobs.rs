@@ -1,0 +1,120 @@
+//! Several runs at once.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+
+use super::CliError;
+
+/// Stack of a thread that does jobs: it may walk programs as deep as they are nested.
+const STACK_BYTES: usize = 64 << 20;
+
+/// How runs share the cores.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Cores {
+    /// Runs at a time.
+    pub(crate) jobs: usize,
+    /// Threads of all of them together, at least one for each.
+    threads: usize,
+}
+
+impl Cores {
+    /// So many runs at a time (none given: `jobs` by default) on so many threads (none given: one for each core).
+    pub(crate) fn new(jobs: Option<u16>, threads: Option<u16>, default: impl Fn(usize) -> usize) -> Cores {
+        let cores = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        let threads = threads.map_or_else(cores, usize::from);
+        let jobs = jobs.map_or_else(|| default(threads), usize::from).max(1);
+        Cores { jobs, threads: threads.max(jobs) }
+    }
+
+    /// Threads of the runs of one job; the first jobs have one more if they cannot be shared equally.
+    pub(crate) fn threads_of(&self, job: usize) -> usize {
+        self.threads / self.jobs + usize::from(job < self.threads % self.jobs)
+    }
+}
+
+/// Does `work` for each item in order, `cores.jobs` at a time; it is told the item and the threads it has, and gives
+/// `None` if it was stopped. `done` is called in this thread with each result as it comes. After an error, and once
+/// `stop` is set, nothing new is begun; an error sets it.
+pub(crate) fn each<I: Sync, T: Send>(
+    items: &[I],
+    cores: Cores,
+    stop: &AtomicBool,
+    work: impl Fn(&I, usize) -> Result<Option<T>, CliError> + Sync,
+    mut done: impl FnMut(&I, T) -> Result<(), CliError>,
+) -> Result<(), CliError> {
+    let next = AtomicUsize::new(0);
+    let (sender, results) = mpsc::channel::<(usize, Result<Option<T>, CliError>)>();
+    std::thread::scope(|scope| {
+        let mut first: Option<CliError> = None;
+        for job in 0..cores.jobs.min(items.len()) {
+            let (sender, next, work) = (sender.clone(), &next, &work);
+            let share = move || {
+                while !stop.load(Ordering::Relaxed) {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(item) = items.get(number) else { break };
+                    // Whoever listens does so until all senders are gone.
+                    let _ = sender.send((number, work(item, cores.threads_of(job))));
+                }
+            };
+            let spawned = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, share);
+            if let Err(error) = spawned {
+                stop.store(true, Ordering::Relaxed);
+                first.get_or_insert(CliError::Failed(format!(
+                    "cannot start a thread: {error}; ask for fewer `--jobs`"
+                )));
+            }
+        }
+        drop(sender);
+        for (number, result) in results {
+            let told = match result {
+                Ok(Some(result)) => done(&items[number], result),
+                Ok(None) => Ok(()),
+                Err(error) => Err(error),
+            };
+            if let Err(error) = told {
+                stop.store(true, Ordering::Relaxed);
+                first.get_or_insert(error);
+            }
+        }
+        first.map_or(Ok(()), Err)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cores_are_shared() {
+        let shares = |jobs, threads| {
+            let cores = Cores::new(Some(jobs), Some(threads), |_| unreachable!());
+            (0..cores.jobs).map(|job| cores.threads_of(job)).collect::<Vec<_>>()
+        };
+        assert_eq!(shares(1, 4), [4]);
+        assert_eq!(shares(3, 8), [3, 3, 2]);
+        assert_eq!(shares(4, 2), [1; 4]);
+        assert_eq!(Cores::new(None, Some(6), |threads| threads).jobs, 6);
+    }
+
+    #[test]
+    fn all_is_done_once_and_errors_end_it() {
+        let items: Vec<u64> = (0..50).collect();
+        for jobs in [1, 3] {
+            let cores = Cores { jobs, threads: jobs };
+            let stop = AtomicBool::new(false);
+            let mut done = Vec::new();
+            let square = |&i: &u64, _| Ok((i % 10 != 3).then_some(i * i));
+            let all = each(&items, cores, &stop, square, |&i, square| {
+                done.push((i, square));
+                Ok(())
+            });
+            assert!(all.is_ok() && !stop.load(Ordering::Relaxed));
+            done.sort_unstable();
+            assert_eq!(done, (0..50).filter(|i| i % 10 != 3).map(|i| (i, i * i)).collect::<Vec<_>>());
+            let fail = |&i: &u64, _| if i == 5 { Err(CliError::Failed("five".into())) } else { Ok(Some(())) };
+            let failed = each(&items, cores, &stop, fail, |_, ()| Ok(()));
+            assert!(matches!(failed, Err(CliError::Failed(text)) if text == "five"));
+            assert!(stop.load(Ordering::Relaxed));
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! What a sweep is to run, as a file says it: data sets, settings, seeds.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use toml::Spanned;
+use toml::de::DeTable;
+use vsonar::evolve::Preset;
+
+use super::super::CliError;
+use super::super::source::{Folder, Source, Synthetic};
+use super::seeds;
+use super::settings::{self, Setting};
+
+/// A sweep.
+#[derive(Debug)]
+pub(crate) struct Spec {
+    pub(crate) path: PathBuf,
+    pub(crate) text: String,
+    pub(crate) title: Option<String>,
+    pub(crate) seeds: Vec<u64>,
+    /// Whether the held-out cases may be looked at.
+    pub(crate) test: bool,
+    pub(crate) data: Vec<DataSet>,
+    pub(crate) settings: Vec<Setting>,
+    /// The setting that the others are compared with.
+    pub(crate) baseline: usize,
+}
+
+/// Data under their name.
+#[derive(Debug, Clone)]
+pub(crate) struct DataSet {
+    pub(crate) name: String,
+    pub(crate) source: Source,
+}
+
+/// The file, but for what is settings.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    title: Option<String>,
+    seeds: Option<Spanned<toml::Value>>,
+    baseline: Option<Spanned<String>>,
+    preset: Option<Preset>,
+    #[serde(default)]
+    test: bool,
+    #[serde(default)]
+    data: Vec<Spanned<RawData>>,
+    // Read by themselves, where their places in the file are known.
+    #[serde(rename = "settings")]
+    _settings: Option<IgnoredAny>,
+    #[serde(rename = "setting")]
+    _setting: Option<IgnoredAny>,
+    #[serde(rename = "grid")]
+    _grid: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawData {
+    name: Spanned<String>,
+    folder: Option<Folder>,
+    synthetic: Option<Synthetic>,
+}
+
+/// Seeds where a file gives none.
+const SEEDS: Range<u64> = 1..11;
+
+/// Names reports what is wrong at which line of a file.
+pub(crate) struct File<'a> {
+    pub(crate) name: String,
+    pub(crate) text: &'a str,
+}
+
+impl File<'_> {
+    pub(crate) fn place(&self, at: usize) -> String {
+        let before = self.text.get(..at).unwrap_or(self.text);
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().map_or(0, |tail| tail.chars().count()) + 1;
+        format!("{}:{line}:{column}", self.name)
+    }
+
+    pub(crate) fn fault(&self, at: usize, text: impl std::fmt::Display) -> CliError {
+        CliError::Failed(format!("{}: {text}", self.place(at)))
+    }
+
+    pub(crate) fn toml(&self, error: &toml::de::Error) -> CliError {
+        let text = error.message().trim_end().replace('\n', " ");
+        let at = error.span().map_or(0, |span| span.start);
+        self.fault(at, format!("{text}; `vsonar sweep --help` shows what such a file has"))
+    }
+}
+
+impl Spec {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// With file, line and column of what is wrong.
+    pub(crate) fn read(path: &Path) -> Result<Spec, CliError> {
+        let text = std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read the file", &e))?;
+        Spec::parse(path, text)
+    }
+
+    fn parse(path: &Path, text: String) -> Result<Spec, CliError> {
+        let file = File { name: path.display().to_string(), text: &text };
+        let raw: Raw = toml::from_str(&text).map_err(|e| file.toml(&e))?;
+        let root = DeTable::parse(&text).map_err(|e| file.toml(&e))?.into_inner();
+        let settings = settings::all(&file, &root, raw.preset)?;
+        let baseline = match &raw.baseline {
+            None => 0,
+            Some(name) => {
+                let is = |s: &Setting| s.name == *name.get_ref() || s.base == *name.get_ref();
+                settings.iter().position(is).ok_or_else(|| {
+                    file.fault(name.span().start, format!("there is no setting `{}`", name.get_ref()))
+                })?
+            }
+        };
+        let seeds = match &raw.seeds {
+            None => SEEDS.collect(),
+            Some(value) => seeds::of_value(value.get_ref()).map_err(|e| file.fault(value.span().start, e))?,
+        };
+        let data = data(&file, path, raw.data)?;
+        let (title, test) = (raw.title, raw.test);
+        Ok(Spec { path: path.to_path_buf(), title, seeds, test, data, settings, baseline, text })
+    }
+
+    /// The name of the file, for the folder of results.
+    pub(crate) fn stem(&self) -> String {
+        self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    }
+}
+
+/// The name as it may stand in a table.
+pub(crate) fn checked_name(file: &File<'_>, name: &Spanned<String>) -> Result<String, CliError> {
+    let text = name.get_ref();
+    if text.trim() != text || text.is_empty() || text.chars().any(char::is_control) {
+        return Err(file.fault(name.span().start, "a name has letters, and no space at its ends"));
+    }
+    Ok(text.clone())
+}
+
+fn data(file: &File<'_>, path: &Path, raw: Vec<Spanned<RawData>>) -> Result<Vec<DataSet>, CliError> {
+    if raw.is_empty() {
+        return Err(file.fault(
+            0,
+            "there is no data set; add a table [[data]] with a name and [data.folder] or [data.synthetic]",
+        ));
+    }
+    let mut names = BTreeSet::new();
+    let mut all = Vec::new();
+    for one in raw {
+        let at = one.span().start;
+        let RawData { name: spanned, folder, synthetic } = one.into_inner();
+        let name = checked_name(file, &spanned)?;
+        let source = match (folder, synthetic) {
+            (Some(folder), None) => Source::Folder(folder),
+            (None, Some(synthetic)) => Source::Synthetic(synthetic),
+            _ => {
+                let text = format!(
+                    "the data set `{name}` needs one of the tables [data.folder] (with `train`) and [data.synthetic]"
+                );
+                return Err(file.fault(at, text));
+            }
+        };
+        if !names.insert(name.clone()) {
+            return Err(
+                file.fault(spanned.span().start, format!("there are two data sets `{name}`; rename one"))
+            );
+        }
+        all.push(DataSet { name, source: source.named_in(path)? });
+    }
+    Ok(all)
+}

@@ -1,0 +1,95 @@
+//! `vsonar sweep` on files that are wrong, and on results that do not belong to them.
+
+use crate::common::*;
+use crate::sweep::{DATA, SMALL};
+
+const ONE: &str = "[[setting]]\nname = \"default\"\n";
+
+#[test]
+fn faults_of_the_file_are_named_with_place_and_remedy() {
+    let sound = [SMALL, DATA, ONE].concat();
+    let place = Place::new();
+    let after = |text: &str| format!("{sound}{text}");
+    for (text, line, said) in [
+        ("seeds = [".to_string(), 1, "sweep --help"),
+        (format!("sedes = 1\n{sound}"), 1, "unknown field `sedes`"),
+        (format!("seeds = \"3-1\"\n{sound}"), 1, "1-5,9"),
+        (format!("seeds = []\n{sound}"), 1, "1-5,9"),
+        (format!("\nbaseline = \"none\"\n{sound}"), 2, "`none`"),
+        (format!("preset = \"papers\"\n{sound}"), 1, "paper"),
+        ([SMALL, ONE].concat(), 1, "[[data]]"),
+        (after(DATA), 17, "two data sets"),
+        (after("[[data]]\nname = \"x\"\n"), 16, "[data.folder]"),
+        (after("[[data]]\nname = \"x\"\nfolder.train = \"a\"\nfolder.trian = \"b\"\n"), 19, "trian"),
+        (after("[[data]]\nname = \" x\"\nsynthetic = {}\n"), 17, "name"),
+        (after(ONE), 16, "two settings `default`"),
+        (after("[[setting]]\npopulation = 5\n"), 16, "no name"),
+        (after("[[setting]]\nname = \"x\"\npopulatoin = 5\n"), 18, "unknown field `populatoin`"),
+        (after("[[setting]]\nname = \"x\"\npopulation = 1\n"), 18, "`population`"),
+        (after("[[setting]]\nname = \"x\"\nselection.kind = \"best\"\n"), 18, "lexicase"),
+        (after("[[setting]]\nname = \"x\"\nseed = 5\n"), 18, "seeds = "),
+        (after("[[setting]]\nname = \"x\"\nedit_nodes = \"raw\"\n"), 18, "`-name`"),
+        (after("[[setting]]\nname = \"x\"\nnodes.rawr = 0\n"), 18, "rawr"),
+        (after("[grid]\n\"selection.size\" = [1]\n"), 17, "unknown field"),
+        (after("[grid]\n\"selection.tournament\" = 3\n"), 17, "list"),
+        (after("[grid]\n\"selection.tournament\" = [3, 0]\n"), 17, "`selection.tournament`"),
+        (after("[grid]\nseed = [3, 0]\n"), 17, "seed"),
+        (sound.replace("[settings]", "[settings]\npreset = \"paper\""), 2, "above"),
+        (sound.replace("tolerance = 10", "tolerance = \"3\""), 2, "string"),
+    ] {
+        place.write("spec.toml", &text);
+        let error = place.fails(1, &["sweep", "spec.toml", "--dry-run"]);
+        assert!(error.contains(&format!("spec.toml:{line}:")), "{line}: {error}\n{text}");
+        assert!(error.contains(said), "{said}: {error}\n{text}");
+    }
+}
+
+#[test]
+fn wrong_usage_is_named() {
+    let place = Place::new();
+    place.write("spec.toml", [SMALL, DATA, ONE].concat());
+    for (flags, said) in [
+        (&["--seeds", "x"][..], "--seeds"),
+        (&["--only", "other"], "`default`"),
+        (&["--data", "data"], "NAME=DIR"),
+        (&["--data", "other=data"], "made up"),
+        (&["--jobs", "0"], "--jobs"),
+    ] {
+        let error = place.fails(2, &[&["sweep", "spec.toml"], flags].concat());
+        assert!(error.contains(said), "{said}: {error}");
+    }
+    let error = place.fails(1, &["sweep", "none.toml"]);
+    assert!(error.contains("none.toml") && error.contains("check the path"), "{error}");
+    place.write("built-in.toml", "[[data]]\nname = \"x\"\nsynthetic = {}\n");
+    let error = place.fails(2, &["sweep", "built-in.toml", "--data", "x=data"]);
+    assert!(error.contains("built in"), "{error}");
+}
+
+#[test]
+fn results_are_never_mixed() {
+    let place = Place::new();
+    place.write("spec.toml", ["seeds = 1\n", SMALL, DATA, ONE].concat());
+    place.ok(&["sweep", "spec.toml", "--quiet"]);
+    // Other settings of the same name; the number of generations is one too.
+    for (from, to) in [("population = 40", "population = 41"), ("generations = 3", "generations = 4")] {
+        place.write("spec.toml", ["seeds = 1\n", &SMALL.replace(from, to), DATA, ONE].concat());
+        let error = place.fails(1, &["sweep", "spec.toml"]);
+        for part in ["results.csv", "`default`", "seed 1", "--out"] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+    }
+    // Other data of the same name.
+    place.write("spec.toml", ["seeds = 1\n", SMALL, DATA, ONE].concat());
+    let table = place.read("data/labels.csv");
+    let (head, last) = table.trim_end().rsplit_once('\n').expect("there are labels");
+    assert!(!last.is_empty());
+    place.write("data/labels.csv", format!("{head}\n"));
+    // The last label is of the held-out drive, at which nobody has looked yet.
+    place.ok(&["sweep", "spec.toml", "--test", "--quiet"]);
+    place.write("data/labels.csv", &table);
+    let error = place.fails(1, &["sweep", "spec.toml"]);
+    assert!(error.contains("results.csv") && error.contains("`made up`"), "{error}");
+    place.write("data/labels.csv", format!("{}\n", head.replacen("drive_a_0.png,8,", "drive_a_0.png,9,", 1)));
+    let error = place.fails(1, &["sweep", "spec.toml"]);
+    assert!(error.contains("images or labels"), "{error}");
+}
