@@ -190,3 +190,86 @@ fn parts_that_are_none() {
     let complaint = place.fails(2, &["eval", "run", "--part", "validation"]);
     assert!(complaint.contains("--part") && complaint.contains("no such part"), "{complaint}");
 }
+
+#[test]
+fn folds_test_every_image_once() {
+    let place = place();
+    let flags = ["--folds", "3", "--gap", "0", "--validation", "20%", "--runs", "2", "--jobs", "2"];
+    let report = json(&place, &[&flags[..], &["--out", "all"]].concat());
+    let runs = report["runs"].as_array().expect("a list");
+    let place_of = |run: &Value| (run["fold"].as_u64(), run["seed"].as_u64());
+    let expected = [(1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2)].map(|(f, s)| (Some(f), Some(s)));
+    assert_eq!(runs.iter().map(place_of).collect::<Vec<_>>(), expected);
+    let mut tested = Vec::new();
+    for run in runs {
+        let folder = run["run"].as_str().expect("a path");
+        let answers = place.ok(&["eval", folder, "--answers", "-"]);
+        if run["seed"] == 1 {
+            tested.extend(
+                answers.lines().skip(1).map(|line| line.split(',').take(2).collect::<Vec<_>>().join(",")),
+            );
+        }
+        let judged = place.ok(&["eval", folder, "--part", "validation", "--tolerance", "3", "--json"]);
+        let judged: Value = serde_json::from_str(&judged).expect("JSON");
+        assert_eq!(judged["correct"], run["validation"]["correct"]);
+    }
+    tested.sort();
+    let labels = place.read("data/labels.csv");
+    let mut all: Vec<String> =
+        labels.lines().skip(1).map(|line| line.split(',').take(2).collect::<Vec<_>>().join(",")).collect();
+    all.sort();
+    assert_eq!(tested, all);
+    let correct: u64 = runs.iter().map(|run| run["holdout"]["correct"].as_u64().expect("a number")).sum();
+    let pooled = report["pooled"]["fitness"].as_f64().expect("a number");
+    assert!((pooled - correct as f64 / (2 * all.len()) as f64).abs() < 1e-12);
+
+    // A fold is a run like any other.
+    place.ok(&tiny(&[
+        "--holdout",
+        "fold:2/3",
+        "--gap",
+        "0",
+        "--validation",
+        "20%",
+        "--seed",
+        "2",
+        "--out",
+        "own",
+    ]));
+    assert_eq!(recorded(&place.path("own")), recorded(&place.path("all/fold-2/seed-2")));
+    // The same command goes on.
+    let again = json(&place, &[&flags[..], &["--out", "all"]].concat());
+    assert_eq!(again["pooled"], report["pooled"]);
+    let text = place.ok(&tiny(&["--folds", "2", "--quiet"]));
+    assert!(
+        text.contains("All held-out cases together") && text.contains("runs/data-fold-2-seed-1"),
+        "{text}"
+    );
+    let complaint = place.fails(2, &tiny(&["--folds", "2", "--holdout", "20%"]));
+    assert!(complaint.contains("--folds") && complaint.contains("--holdout"), "{complaint}");
+}
+
+#[test]
+fn of_several_runs_the_best_in_validation_is_taken() {
+    let place = place();
+    let flags = ["--runs", "4", "--validation", "30%", "--out", "all"];
+    let report = json(&place, &flags);
+    let runs = report["runs"].as_array().expect("a list");
+    let key = |run: &Value| {
+        let number = |value: &Value| value.as_u64().expect("a number") as i64;
+        let (validation, train) = (number(&run["validation"]["correct"]), number(&run["train"]["correct"]));
+        (validation, train, -number(&run["nodes"]), -number(&run["seed"]))
+    };
+    let best = runs.iter().max_by_key(|run| key(run)).expect("four");
+    assert_eq!(report["best"], best["run"]);
+    let text = place.ok(&tiny(&[&flags[..], &["--quiet"]].concat()));
+    let path = best["run"].as_str().expect("a path");
+    for said in [
+        "validation",
+        "constant",
+        &format!("The best in validation: {path}"),
+        &format!("vsonar eval {path} --part"),
+    ] {
+        assert!(text.contains(said), "no {said:?} in {text}");
+    }
+}

@@ -58,6 +58,64 @@ fn timeless(place: &Place, file: &str) -> Vec<BTreeMap<String, String>> {
     rows
 }
 
+#[test]
+fn validation_chooses_the_winner_of_a_run() {
+    let parts = "validation_part = \"fold:1/2\"\nsplit_by = \"image\"\n";
+    let place = place(&["seeds = [5]\n", SMALL, DATA, parts, TWO]);
+    let text = place.ok(&["sweep", "spec.toml", "--test"]);
+    assert!(text.contains("validation"), "{text}");
+    for row in rows(&place, "sweeps/spec/results.csv") {
+        let kind = if row["setting"] == "default" { "sharing" } else { "lexicase" };
+        let kind = format!("selection.kind={kind}");
+        let flags = [
+            "evolve",
+            "--data",
+            "data",
+            "--train-match",
+            "drive_a*",
+            "--holdout-match",
+            "drive_b*",
+            "--validation",
+            "fold:1/2",
+            "--split-by",
+            "image",
+            "--seed",
+            "5",
+            "--population",
+            "40",
+            "--generations",
+            "3",
+            "--set",
+            "creation.min_depth=2",
+            "--set",
+            "creation.max_depth=4",
+            "--set",
+            "filter.max_draws=30",
+            "--set",
+            &kind,
+            "--json",
+            "--quiet",
+            "--out",
+            &row["setting"],
+        ];
+        let summary: serde_json::Value = serde_json::from_str(&place.ok(&flags)).expect("JSON");
+        for part in ["train", "validation", "holdout"] {
+            for field in ["correct", "cases"] {
+                assert_eq!(
+                    row[&format!("{part}_{field}")],
+                    summary[part][field].to_string(),
+                    "{part} {field}"
+                );
+            }
+        }
+        assert_eq!(row["nodes"], summary["best"]["nodes"].to_string());
+    }
+    // Other validation images are other data.
+    place.write("spec.toml", place.read("spec.toml").replace("fold:1/2", "fold:2/2"));
+    let complaint = place.fails(1, &["sweep", "spec.toml"]);
+    assert!(complaint.contains("results.csv") && complaint.contains("made up"), "{complaint}");
+}
+
 fn individual(text: &str) -> vsonar::tree::Individual {
     text.parse().expect("a program")
 }
