@@ -316,7 +316,7 @@ mod tests {
             "selection.elitism=5",
             "selection.parsimony=double",
             "islands.count=4",
-            "breeding.crossover_probability=0.8",
+            "breeding.crossover_probability=0.6",
             "breeding.hoist_mutation_probability=0.1",
         ];
         let changed = with_set(&assignments).expect("all are settings");
@@ -358,7 +358,7 @@ mod tests {
             ("islands.count=0", "islands.count"),
             ("islands.size=9", "unknown field"),
             ("selection.elitism=4000", "selection.elitism"),
-            ("breeding.subtree_mutation_probability=0.2", "breeding.crossover_probability"),
+            ("breeding.subtree_mutation_probability=0.4", "breeding.crossover_probability"),
             ("seed=1\npopulation=5", "--set"),
             ("population=1", "2 to"),
             ("preset=paper", "--preset"),
@@ -423,7 +423,7 @@ mod tests {
             settings(SettingsArgs { nodes: changes.iter().map(|c| c.to_string()).collect(), ..none() })
         };
         let left = nodes(&["-raw,if-le=3", "--", "-tan", "+tan"]).expect("all there are");
-        assert_eq!(["raw", "raw-sq", "-", "tan", "if-le"].map(|n| weight(&left, n)), [0, 1, 0, 1, 3]);
+        assert_eq!(["raw", "median", "-", "tan", "if-le"].map(|n| weight(&left, n)), [0, 1, 0, 1, 3]);
         assert!(nodes(&["-rawr"]).expect_err("none").contains("`raw`"));
         assert!(nodes(&["raw"]).expect_err("no sign").contains("`-name`"));
     }

@@ -187,13 +187,30 @@ impl Settings {
         }
     }
 
-    /// The preset `default`: `paper` with plain columns at the start, the initial filter, and tournaments on
-    /// case-wise shared fitness.
+    /// The preset `default`: `paper` with plain columns at the start and the initial filter; lexicase selection, of
+    /// equal individuals the smaller; three tenths of the pairs mutated or copied instead of crossed; neither trigonometry
+    /// nor averages of squares, and more weight on `if-le`, `break`, `set-a` and `prog2`; and a copy of each training
+    /// image in other light. It was chosen by experiment: `examples/sweeps/screening.toml`, README, *Experiments*.
     pub fn default_preset() -> Settings {
         let mut settings = Settings::paper();
         settings.creation.plain_column_probability = 0.7;
         settings.filter.enabled = true;
-        settings.selection.kind = SelectionKind::Sharing;
+        settings.selection.kind = SelectionKind::Lexicase;
+        settings.selection.parsimony = Parsimony::Lexicographic;
+        settings.breeding.crossover_probability = 0.7;
+        settings.breeding.subtree_mutation_probability = 0.1;
+        settings.breeding.point_mutation_probability = 0.05;
+        settings.breeding.constant_mutation_probability = 0.05;
+        settings.augmentation.gain = 0.3;
+        settings.augmentation.brightness = 20.0;
+        settings.nodes = NodeSet::of_weights(|node| match node.name() {
+            "sin" | "cos" | "tan" | "atan" | "atan2" => 0,
+            name if name.ends_with("-sq") => 0,
+            "if-le" => 4,
+            "break" | "set-a" => 3,
+            "prog2" => 2,
+            _ => 1,
+        });
         settings
     }
 

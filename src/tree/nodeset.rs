@@ -73,6 +73,11 @@ impl Default for NodeSet {
 }
 
 impl NodeSet {
+    /// The set in which each type has the weight that `weight` gives it, at most [`MAX_WEIGHT`].
+    pub fn of_weights(weight: impl Fn(NodeType) -> u32) -> NodeSet {
+        NodeSet { weights: NodeType::all().map(|node| weight(node).min(MAX_WEIGHT)).collect() }
+    }
+
     /// The weight of a type; 0 if it is not in the set.
     pub fn weight(&self, node_type: NodeType) -> u32 {
         self.weights[node_type.index()]

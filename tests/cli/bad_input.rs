@@ -230,7 +230,7 @@ fn images_that_need_too_much_memory() {
     place.write("up.gp", "(individual (iterate-up 3x3 x-obstacle (set-a y)))");
     place.ok(&tiny(&["--out", "run"]));
     let commands: [&[&str]; 4] = [
-        &["evolve", "--data", "data", "--out", "new"],
+        &["evolve", "--data", "data", "--preset", "paper", "--out", "new"],
         &["evolve", "--resume", "run", "--generations", "5"],
         &["eval", "up.gp", "--data", "data"],
         &["show", "up.gp", "--data", "data", "--out", "pictures"],
@@ -248,7 +248,7 @@ fn images_that_need_too_much_memory() {
         assert!(complaint.contains("raise the limit with `--memory 0."), "{complaint}");
     }
     // Held-out images count too.
-    let both = ["evolve", "--data", "data", "--holdout", "data", "--memory", "0.005"];
+    let both = ["evolve", "--data", "data", "--holdout", "data", "--preset", "paper", "--memory", "0.005"];
     assert!(place.fails(1, &both).contains("6 images of 64 x 48 pixels and 6 images"));
     // With enough, all goes its way; it is no setting, and a resume accepts it.
     place.ok(&["evolve", "--resume", "run", "--generations", "5", "--quiet", "--memory", "0.02"]);

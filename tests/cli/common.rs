@@ -119,7 +119,7 @@ pub(crate) fn plain(text: &str) -> bool {
     text.chars().all(|c| c == '\n' || !c.is_control())
 }
 
-/// Settings of a run so small that the walker takes no time.
+/// Settings of a run so small that the walker takes no time, without altered copies of the few images.
 pub(crate) const TINY: &[&str] = &[
     "--tolerance",
     "3",
@@ -133,6 +133,10 @@ pub(crate) const TINY: &[&str] = &[
     "creation.max_depth=4",
     "--set",
     "filter.max_draws=30",
+    "--set",
+    "augmentation.gain=0",
+    "--set",
+    "augmentation.brightness=0",
 ];
 
 /// What makes a tiny run collapse: selection that is too hard for so small a population.

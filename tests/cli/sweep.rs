@@ -11,9 +11,9 @@ pub(crate) const SMALL: &str = "\
 tolerance = 10
 population = 40
 generations = 3
-creation.min_depth = 2
-creation.max_depth = 4
+creation = { min_depth = 2, max_depth = 4 }
 filter.max_draws = 30
+augmentation = { gain = 0, brightness = 0 }
 ";
 
 /// The place's data in two drives, one held out.
@@ -30,8 +30,8 @@ const TWO: &str = "\
 [[setting]]
 name = \"default\"
 [[setting]]
-name = \"lexicase\"
-selection.kind = \"lexicase\"
+name = \"sharing\"
+selection.kind = \"sharing\"
 ";
 
 fn place(spec: &[&str]) -> Place {
@@ -65,7 +65,7 @@ fn validation_chooses_the_winner_of_a_run() {
     let text = place.ok(&["sweep", "spec.toml", "--test"]);
     assert!(text.contains("validation"), "{text}");
     for row in rows(&place, "sweeps/spec/results.csv") {
-        let kind = if row["setting"] == "default" { "sharing" } else { "lexicase" };
+        let kind = if row["setting"] == "default" { "lexicase" } else { "sharing" };
         let kind = format!("selection.kind={kind}");
         let flags = [
             "evolve",
@@ -126,7 +126,7 @@ fn every_run_is_that_of_evolve() {
     let place = place(&spec);
     let text = place.ok(&["sweep", "spec.toml"]);
     for part in
-        ["Two ways", "made up", "lexicase", "training", "against `default`", "A12", "sweeps/spec/results.csv"]
+        ["Two ways", "made up", "sharing", "training", "against `default`", "A12", "sweeps/spec/results.csv"]
     {
         assert!(text.contains(part), "{part}: {text}");
     }
@@ -135,13 +135,13 @@ fn every_run_is_that_of_evolve() {
         rows.iter().map(|row| (row["seed"].as_str(), row["setting"].as_str())).collect();
     assert_eq!(
         names,
-        [("2", "default"), ("2", "lexicase"), ("3", "default"), ("3", "lexicase")],
+        [("2", "default"), ("2", "sharing"), ("3", "default"), ("3", "sharing")],
         "seed by seed"
     );
     assert_eq!(place.read("sweeps/spec/spec.toml"), spec.concat());
     for row in &rows {
         let (out, kind) = (format!("{}-{}", row["setting"], row["seed"]), &row["setting"]);
-        let kind = format!("selection.kind={}", if kind == "default" { "sharing" } else { kind });
+        let kind = format!("selection.kind={}", if kind == "default" { "lexicase" } else { kind });
         let flags = [
             "--train-match",
             "drive_a*",
@@ -222,9 +222,9 @@ fn what_is_there_is_not_run_again() {
     assert_eq!(same[..1], [true]);
     assert_eq!(same[2..5], [true; 3], "these were kept: {same:?}");
     // More seeds, and fewer settings: rows that are not asked for stay.
-    let text = place.ok(&["sweep", "spec.toml", "--seeds", "3-4", "--only", "lexicase", "--dry-run"]);
+    let text = place.ok(&["sweep", "spec.toml", "--seeds", "3-4", "--only", "sharing", "--dry-run"]);
     assert!(text.contains("1 run to make"), "{text}");
-    place.ok(&["sweep", "spec.toml", "--seeds", "3-4", "--only", "lexicase", "--quiet"]);
+    place.ok(&["sweep", "spec.toml", "--seeds", "3-4", "--only", "sharing", "--quiet"]);
     assert_eq!(rows(&place, file).len(), 7);
 }
 
@@ -258,7 +258,7 @@ fn the_held_out_part_is_looked_at_only_when_asked_for() {
     let setting = &json["data"][0]["settings"][1];
     assert_eq!(
         (&setting["name"], &setting["runs"], &json["complete"]),
-        (&"lexicase".into(), &2.into(), &true.into())
+        (&"sharing".into(), &2.into(), &true.into())
     );
     assert!(setting["holdout"].is_null() && setting["train"]["median"].is_number(), "{setting}");
     assert!(json["data"][0]["comparisons"][0]["train"]["p_holm"].is_number(), "{json}");

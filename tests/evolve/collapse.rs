@@ -129,6 +129,7 @@ fn remedies_change_something_possible() {
         settings.selection.parsimony =
             [Parsimony::None, Parsimony::Lexicographic, Parsimony::Double][(i as usize >> 3) % 3];
         // No room is left for mutation.
+        settings.breeding = Settings::paper().breeding;
         settings.breeding.crossover_probability = if bit(5) { 1.0 } else { 0.9 };
         settings.population = if bit(6) { 6 } else { 4000 };
         settings.validate().expect("possible");

@@ -36,10 +36,12 @@ pub(crate) fn dataset() -> Dataset {
     dataset_with(0)
 }
 
-/// Small enough for the walker, with everything of the default preset switched on.
+/// Small enough for the walker: the published method with plain columns, the filter and shared fitness. Here in full, so
+/// that it stays what it is whatever the presets become.
 pub(crate) fn settings() -> Settings {
-    let text = "population = 60\ngenerations = 5\ntolerance = 3.0\n\
-                [creation]\nmin_depth = 2\nmax_depth = 4\n[filter]\nmax_draws = 30\n";
+    let text = "preset = \"paper\"\npopulation = 60\ngenerations = 5\ntolerance = 3.0\n\
+                [creation]\nmin_depth = 2\nmax_depth = 4\nplain_column_probability = 0.7\n\
+                [selection]\nkind = \"sharing\"\n[filter]\nenabled = true\nmax_draws = 30\n";
     Settings::from_toml(text, "test").expect("sound settings")
 }
 

@@ -1,6 +1,7 @@
 //! Settings: presets, files, and what they refuse.
 
 use vsonar::evolve::{Draft, Preset, SelectionKind, Settings};
+use vsonar::tree::NodeType;
 
 fn error(text: &str) -> String {
     Settings::from_toml(text, "my.toml").expect_err("refused").to_string()
@@ -12,8 +13,14 @@ fn presets() {
     assert_eq!((paper.population, paper.generations, paper.selection.tournament), (4000, 51, 7));
     assert_eq!(paper.selection.kind, SelectionKind::Tournament);
     assert!(!paper.filter.enabled && paper.creation.plain_column_probability == 0.0);
-    assert_eq!(default.selection.kind, SelectionKind::Sharing);
+    assert_eq!(default.selection.kind, SelectionKind::Lexicase);
     assert!(default.filter.enabled && default.creation.plain_column_probability == 0.7);
+    let weight = |name: &str| default.nodes.weight(NodeType::from_name(name).expect("a node type"));
+    assert_eq!(
+        ["sin", "atan2", "raw-sq", "square", "raw", "if-le", "set-a"].map(weight),
+        [0, 0, 0, 1, 1, 4, 3]
+    );
+    assert_eq!(default.variation().copies(), 1);
     for preset in [Preset::Paper, Preset::Default] {
         let settings = Settings::preset(preset);
         settings.validate().expect("sound");
@@ -67,7 +74,7 @@ fn impossible_values() {
         ("[selection]\ntournament = 0", "2:14", "selection.tournament"),
         ("[filter]\nmax_draws = 0", "2:13", "filter.max_draws"),
         ("[breeding]\nsubtree_mutation_probability = -0.1", "2:32", "breeding.subtree_mutation_probability"),
-        ("[breeding]\npoint_mutation_probability = 0.11", "2:30", "breeding.point_mutation_probability"),
+        ("[breeding]\npoint_mutation_probability = 0.21", "2:30", "breeding.point_mutation_probability"),
         ("[breeding]\nconstant_mutation_probability = nan", "2:33", "breeding.constant_mutation_probability"),
         ("[breeding]\nhoist_mutation_probability = 2", "2:30", "breeding.hoist_mutation_probability"),
         ("[breeding]\nmutation_depth = 0", "2:18", "breeding.mutation_depth"),
@@ -101,12 +108,12 @@ fn impossible_values() {
 /// Each mutation takes its share of what crossover leaves.
 #[test]
 fn operators_share_one_probability() {
-    let e = error("[breeding]\nsubtree_mutation_probability = 0.08\nhoist_mutation_probability = 0.04\n");
+    let e = error("[breeding]\nsubtree_mutation_probability = 0.08\nhoist_mutation_probability = 0.14\n");
     assert!(
-        e.starts_with("my.toml:3:30: ") && e.contains("`breeding.hoist_mutation_probability` is 0.04"),
+        e.starts_with("my.toml:3:30: ") && e.contains("`breeding.hoist_mutation_probability` is 0.14"),
         "{e}"
     );
-    assert!(e.contains("at most 0.020000") && e.contains("`breeding.crossover_probability`"), "{e}");
+    assert!(e.contains("at most 0.120000") && e.contains("`breeding.crossover_probability`"), "{e}");
     // The roundings of tenths are no fault.
     let text = "[breeding]\ncrossover_probability = 0.6\nsubtree_mutation_probability = 0.1\n\
                 point_mutation_probability = 0.1\nconstant_mutation_probability = 0.1\n\
@@ -136,10 +143,12 @@ fn choices_are_named() {
     assert!(choices.iter().all(|kind| text.contains(kind)), "{text}");
 }
 
-/// The fingerprints that the revision before these fields recorded in checkpoints.
+/// The fingerprints that the revision before these fields recorded in checkpoints, of what was its default preset.
 #[test]
 fn what_came_later_and_is_off_leaves_fingerprints_alone() {
-    let mut small = Settings::default_preset();
+    let mut small = Settings::paper();
+    (small.creation.plain_column_probability, small.filter.enabled) = (0.7, true);
+    small.selection.kind = SelectionKind::Sharing;
     (small.population, small.generations) = (200, 4);
     assert_eq!(small.fingerprint(), 6_976_453_483_606_610_770);
     small.selection.elitism = 1;
@@ -200,8 +209,8 @@ fn every_field_changes_the_fingerprint_but_generations() {
         let other = match value {
             "true" => "false".to_string(),
             "false" => "true".to_string(),
-            "\"sharing\"" => "\"tournament\"".to_string(),
-            "\"none\"" => "\"lexicographic\"".to_string(),
+            "\"lexicase\"" => "\"tournament\"".to_string(),
+            "\"lexicographic\"" => "\"double\"".to_string(),
             // The probability of mutation has the room that crossover leaves.
             "0.0" => "0.0625".to_string(),
             "0" => "1".to_string(),
