@@ -5,7 +5,8 @@
 //! a population may be narrow while it follows a find, and may wait long for one while it is diverse.
 //!
 //! The thresholds stand between runs that failed and runs that did not, on real images of a corridor and a street and on
-//! the built-in ones: presets `paper` and `default`, populations of 1,000 for 31 generations (seeds 1 to 5) and of 4,000
+//! the built-in ones: `paper`, and what `default` was at first (plain columns, the filter, shared fitness), populations of
+//! 1,000 for 31 generations (seeds 1 to 5) and of 4,000
 //! for 51 (seeds 1 and 2, on the corridor 3 too). Of the 22 runs of `paper` 21 are warned of, first in generation 10 to
 //! 27; three of these found something later, so that they end without a warning. All end between 12 and 55 % of the
 //! training cases; from generation 6 on, in those of seeds 1 to 3, the entropy falls 1.2 to 3.0 bits short, and one

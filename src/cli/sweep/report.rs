@@ -39,6 +39,8 @@ struct OfSetting {
     train: Option<Scores>,
     validation: Option<Scores>,
     holdout: Option<Scores>,
+    /// What the winner of the run that is best in validation reaches on the held-out cases.
+    chosen_holdout: Option<f64>,
     fresh: Option<Quartiles>,
     nodes: Option<Quartiles>,
     seconds: Option<Quartiles>,
@@ -79,6 +81,19 @@ fn of_part<T: Copy>(part: Part, train: T, validation: T, holdout: T) -> T {
         Part::Validation => validation,
         Part::Holdout => holdout,
     }
+}
+
+/// What the winner of the run that is best in validation reaches on the held-out cases; of equal runs that which is best
+/// in training, then the smallest, then the first.
+fn chosen(rows: &[&Row]) -> Option<f64> {
+    let validated = rows.iter().filter_map(|row| Some((row.validation_fitness?, row)));
+    let (_, best) = validated.min_by(|(a, one), (b, other)| {
+        (b.total_cmp(a))
+            .then(other.train_fitness.total_cmp(&one.train_fitness))
+            .then(one.nodes.cmp(&other.nodes))
+            .then(one.seed.cmp(&other.seed))
+    })?;
+    best.holdout_fitness
 }
 
 impl OfData {
@@ -141,6 +156,7 @@ impl OfData {
                 train: scores(Part::Train),
                 validation: scores(Part::Validation),
                 holdout: scores(Part::Holdout),
+                chosen_holdout: if test { chosen(&rows) } else { None },
                 fresh: numbers(&|r| r.fresh as f64),
                 nodes: numbers(&|r| r.nodes as f64),
                 seconds: numbers(&|r| r.seconds),
@@ -163,12 +179,17 @@ impl OfData {
             Part::ALL.into_iter().filter(|&p| self.settings.iter().any(|s| scores(s, p).is_some())).collect();
         let mut headings = vec!["setting", "runs"];
         parts.iter().for_each(|part| headings.extend([part.name(), "quartiles", "best"]));
+        let chosen = self.settings.iter().any(|s| s.chosen_holdout.is_some());
+        headings.extend(chosen.then_some("of the best in validation"));
         headings.extend(["programs run", "nodes", "seconds"]);
         let mut table = Table::new(1, &headings);
         let median = |q: &Option<Quartiles>| q.map_or(0.0, |q| q.median);
         for setting in &self.settings {
             let mut cells = vec![setting.name.clone(), setting.runs.to_string()];
             parts.iter().for_each(|&part| cells.extend(scores(setting, part).unwrap_or_default()));
+            if chosen {
+                cells.push(setting.chosen_holdout.map_or(String::new(), percent));
+            }
             cells.push(grouped(median(&setting.fresh) as u64));
             cells.push(grouped(median(&setting.nodes) as u64));
             cells.push(format!("{:.1}", median(&setting.seconds)));
@@ -289,6 +310,24 @@ mod tests {
         let same = of.comparisons[1].train.expect("both ran");
         assert_eq!((same.a12.0, same.p_holm), (0.5, 1.0));
         assert!(of.comparisons[0].validation.is_none() && of.comparisons[0].holdout.is_none());
+    }
+
+    #[test]
+    fn validation_chooses_among_runs() {
+        let mut rows = rows();
+        // Seeds 2 and 4 are best in validation, and seed 4 was fitter in training.
+        for (row, (validation, holdout)) in
+            rows.iter_mut().zip([(0.5, 0.9), (0.6, 0.8), (0.1, 0.7), (0.6, 0.45)])
+        {
+            (row.validation_fitness, row.holdout_fitness) = (Some(validation), Some(holdout));
+        }
+        let rows: Vec<&Row> = rows.iter().collect();
+        let of = |test| OfData::new("corridor", &["default", "better"], 0, &rows, test);
+        assert_eq!(of(true).settings[0].chosen_holdout, Some(0.45));
+        assert_eq!(of(true).settings[1].chosen_holdout, None, "without validation nothing is chosen");
+        assert_eq!(of(false).settings[0].chosen_holdout, None);
+        let table = of(true).scores().to_string();
+        assert!(table.contains("of the best in validation") && table.contains("45.0 %"), "{table}");
     }
 
     #[test]
