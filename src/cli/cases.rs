@@ -20,28 +20,47 @@ pub(crate) struct Cases {
 }
 
 impl Cases {
-    /// The fields of the table `[data]` with the fingerprints of the cases that the checkpoint does not guard.
-    pub(crate) const FINGERPRINTS: [&str; 2] = ["holdout_fingerprint", "validation_fingerprint"];
+    /// The fields of the table `[data]` with the fingerprints of the parts.
+    pub(crate) const FINGERPRINTS: [&str; 3] =
+        ["train_fingerprint", "holdout_fingerprint", "validation_fingerprint"];
 
-    fn guarded(&self) -> [(&'static str, &'static str, &Option<Dataset>); 2] {
-        let [holdout, validation] = Cases::FINGERPRINTS;
-        [(holdout, "held-out", &self.holdout), (validation, "validation", &self.validation)]
+    fn guarded(&self) -> [(&'static str, &'static str, Option<&Dataset>); 3] {
+        let [train, holdout, validation] = Cases::FINGERPRINTS;
+        [
+            (train, "training", Some(&self.train)),
+            (holdout, "held-out", self.holdout.as_ref()),
+            (validation, "validation", self.validation.as_ref()),
+        ]
     }
 
     /// The fingerprints as they are recorded.
     pub(crate) fn fingerprints(&self) -> impl Iterator<Item = (String, toml::Value)> {
         let of = |set: &Dataset| toml::Value::String(format!("{:016x}", set.fingerprint()));
-        self.guarded()
-            .into_iter()
-            .filter_map(move |(name, _, set)| Some((name.to_string(), of(set.as_ref()?))))
+        self.guarded().into_iter().filter_map(move |(name, _, set)| Some((name.to_string(), of(set?))))
     }
 
-    /// Whether the validation and held-out cases are those that the table `[data]` of a run folder was made with; the
-    /// training cases are guarded by the checkpoint.
+    /// Whether the cases are those that the table `[data]` of a run folder was made with. What an earlier release did
+    /// not record is not held against them.
     pub(crate) fn check(&self, table: &toml::Table, run: &Path) -> Result<(), CliError> {
+        self.check_recorded(table, run, |recorded| recorded)
+    }
+
+    /// Whether the cases are those, part by part, that the table `[data]` of a run folder names: neither others nor more.
+    pub(crate) fn check_all(&self, table: &toml::Table, run: &Path) -> Result<(), CliError> {
+        self.check_recorded(table, run, |_| true)
+    }
+
+    /// The same for the parts that count, which depends on whether they are recorded.
+    fn check_recorded(
+        &self,
+        table: &toml::Table,
+        run: &Path,
+        counts: impl Fn(bool) -> bool,
+    ) -> Result<(), CliError> {
         let now: toml::Table = self.fingerprints().collect();
         for (name, what, _) in self.guarded() {
-            if table.get(name).is_some_and(|then| now.get(name) != Some(then)) {
+            let then = table.get(name);
+            if counts(then.is_some()) && now.get(name) != then {
                 return Err(CliError::Failed(format!(
                     "{}: the run was made with other {what} data; resume with the data named there, unchanged, or \
                      start a new run",
@@ -52,11 +71,12 @@ impl Cases {
         Ok(())
     }
 
-    /// What the parts there are need in a run that alters copies of the training images so. At the end of a run all
-    /// are in memory.
-    pub(crate) fn needs(&self, variation: &Variation) -> impl Iterator<Item = Need> {
+    /// What the parts there are need in so many runs at a time that alter copies of the training images so: each run
+    /// has copies of its own, all else is shared. At the end of a run all parts are in memory.
+    pub(crate) fn needs(&self, variation: &Variation, runs: usize) -> impl Iterator<Item = Need> {
         let others = self.validation.iter().chain(&self.holdout);
-        std::iter::once(Need::grown(&self.train, variation)).chain(others.map(Need::of))
+        let own = if variation.copies() > 0 { runs.max(1) } else { 1 };
+        (0..own).map(|_| Need::grown(&self.train, variation)).chain(others.map(Need::of))
     }
 }
 
@@ -87,8 +107,13 @@ mod tests {
                 matches!(error, CliError::Failed(text) if text.contains("run/settings.toml") && text.contains(what))
             );
         }
-        // What was not recorded is not held against anything.
+        // What was not recorded is not held against anything, unless all is to be the same.
         let table: toml::Table = cases(None, None).fingerprints().collect();
         assert!(check(cases(Some(2), None), &table).is_ok());
+        assert!(cases(Some(2), None).check_all(&table, Path::new("run")).is_err());
+        assert!(cases(None, None).check_all(&table, Path::new("run")).is_ok());
+        let mut other = table.clone();
+        other.insert("train_fingerprint".into(), "00".into());
+        assert!(check(cases(None, None), &other).is_err());
     }
 }

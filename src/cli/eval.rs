@@ -37,7 +37,7 @@ pub(crate) struct Args {
     /// Folder with `labels.csv` and the images it names [default: the data of the run folder]
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
-    /// Which part of the run folder's data [default: holdout if there is one, else train]
+    /// Which part of the run folder's data [default: holdout if there is one and the run is complete, else train]
     #[arg(long, value_enum, value_name = "PART", conflicts_with_all = ["data", "pattern"])]
     part: Option<RunPart>,
     /// Only the images whose names match this pattern, e.g. 'run_C*'
@@ -54,9 +54,9 @@ pub(crate) struct Args {
     executor: Choice,
     #[command(flatten)]
     memory: MemoryArgs,
-    /// An answer is correct within this many rows of the label
-    #[arg(long, value_name = "ROWS", default_value_t = TOLERANCE, value_parser = tolerance, allow_negative_numbers = true)]
-    tolerance: f64,
+    /// An answer is correct within this many rows of the label [default: 10, or what the run folder's settings say]
+    #[arg(long, value_name = "ROWS", value_parser = tolerance, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
     /// Test it also on changed images: light, brightness, contrast, gamma, noise, blur, moved up, down and aside, mirrored,
     /// and between the labelled columns
     ///
@@ -84,10 +84,17 @@ enum RunPart {
     Holdout,
 }
 
-/// The file of the program, and the cases it is to be run on.
-fn what(args: &Args) -> Result<(PathBuf, Dataset), CliError> {
+/// The file of the program, the cases it is to be run on, and what counts as correct.
+struct What {
+    program: PathBuf,
+    set: Dataset,
+    tolerance: f64,
+}
+
+fn what(args: &Args) -> Result<What, CliError> {
     let run = args.program.is_dir();
     let program = if run { args.program.join("best.gp") } else { args.program.clone() };
+    let mut tolerance = TOLERANCE;
     let set = match (&args.data, run) {
         (Some(data), _) => {
             let set = Dataset::load(data)?;
@@ -96,21 +103,39 @@ fn what(args: &Args) -> Result<(PathBuf, Dataset), CliError> {
                 None => set,
             }
         }
-        (None, true) => part_of_run(&args.program, args.part)?,
+        (None, true) => {
+            let file = SettingsFile::read(&args.program.join("settings.toml"))?;
+            let settings = file.recorded()?;
+            tolerance = settings.tolerance;
+            part_of_run(&args.program, &file, settings.generations, args.part)?
+        }
+        (None, false) if !program.exists() => {
+            let text =
+                format!("{}: there is neither a program nor a run folder; check the path", program.display());
+            return Err(CliError::Failed(text));
+        }
         (None, false) => {
             let text = format!("{} is no run folder, so `--data` has to say which images", program.display());
             return Err(CliError::Usage(text));
         }
     };
-    Ok((program, set))
+    Ok(What { program, set, tolerance: args.tolerance.unwrap_or(tolerance) })
 }
 
-fn part_of_run(run: &Path, part: Option<RunPart>) -> Result<Dataset, CliError> {
-    let file = SettingsFile::read(&run.join("settings.toml"))?;
+fn part_of_run(
+    run: &Path,
+    file: &SettingsFile,
+    generations: u32,
+    part: Option<RunPart>,
+) -> Result<Dataset, CliError> {
     let table = file.data().cloned().unwrap_or_default();
     let cases = Source::from_table(&table, file.path())?.load()?;
     cases.check(&table, run)?;
-    let part = part.unwrap_or(if cases.holdout.is_some() { RunPart::Holdout } else { RunPart::Train });
+    // The held-out part of a run that is not complete is not looked at by accident.
+    let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap_or_default();
+    let complete = log.lines().count() >= generations as usize;
+    let part =
+        part.unwrap_or(if cases.holdout.is_some() && complete { RunPart::Holdout } else { RunPart::Train });
     let set = match part {
         RunPart::Train => Some(cases.train),
         RunPart::Validation => cases.validation,
@@ -205,7 +230,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         let text = "`--answers -` and `--json` both write to standard output; give the answers a file";
         return Err(CliError::Usage(text.to_string()));
     }
-    let (program, set) = what(&args)?;
+    let What { program, set, tolerance } = what(&args)?;
     let individual = Individual::load(&program)?;
     let executor = args.executor.make()?;
     args.memory.check([&set])?;
@@ -217,9 +242,9 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         }
         output::write_file(file, csv.as_bytes())?;
     }
-    let mut report = report(&args, program, &set, &answers);
+    let mut report = report(&args, program, tolerance, &set, &answers);
     if args.sensitivity {
-        let rows = sensitivity::rows(&*executor, &individual, &set, &answers, args.tolerance)?;
+        let rows = sensitivity::rows(&*executor, &individual, &set, &answers, tolerance)?;
         report.sensitivity = Some(rows);
     }
     if args.json { output::print_json(&report) } else { output::print(&text(&report)) }
@@ -237,12 +262,12 @@ fn csv(set: &Dataset, answers: &[f32]) -> Result<String, CliError> {
     Ok(String::from_utf8(bytes)?)
 }
 
-fn report(args: &Args, program: PathBuf, set: &Dataset, answers: &[f32]) -> Report {
+fn report(args: &Args, program: PathBuf, tolerance: f64, set: &Dataset, answers: &[f32]) -> Report {
     let counts = |keep: &dyn Fn(&vsonar::dataset::Case) -> bool| {
         let cases = set.cases().iter().zip(answers).filter(|(case, _)| keep(case));
-        Counts::of(cases.map(|(case, answer)| (answer, case.y)), args.tolerance)
+        Counts::of(cases.map(|(case, answer)| (answer, case.y)), tolerance)
     };
-    let constants = Constants::learn(set, args.tolerance);
+    let constants = Constants::learn(set, tolerance);
     let floor = constants.score(set);
     let column = |&(x, constant): &(u32, BestConstant)| Column { x, counts: counts(&|c| c.x == x), constant };
     let image = |(i, image): (usize, &vsonar::dataset::NamedImage)| Image {
@@ -252,7 +277,7 @@ fn report(args: &Args, program: PathBuf, set: &Dataset, answers: &[f32]) -> Repo
     Report {
         program,
         data: args.data.clone().unwrap_or_else(|| set.name().into()),
-        tolerance: args.tolerance,
+        tolerance,
         counts: counts(&|_| true),
         constant: Floor {
             answer: constants.overall().answer,

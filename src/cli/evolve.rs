@@ -140,6 +140,12 @@ impl Args {
         (u64::from(self.strip_cache) << 20).min(room)
     }
 
+    /// A set whose strips are kept within the limit.
+    fn shared<'a>(&self, set: &'a Dataset, room: u64) -> SharedSet<'a> {
+        let bytes = usize::try_from(self.strip_bytes(room)).unwrap_or(usize::MAX);
+        SharedSet::new(set).keep_strips(bytes)
+    }
+
     /// Data and settings of a new run.
     pub(crate) fn plan(&self) -> Result<Plan, CliError> {
         let file = self.settings.file()?;
@@ -156,9 +162,8 @@ impl Args {
 
 /// Evolves.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
-    let runs = args.runs.unwrap_or(1);
-    if runs > 1 || args.folds.is_some() {
-        return evolve_runs::run(&args, runs);
+    if args.runs.is_some() || args.folds.is_some() {
+        return evolve_runs::run(&args, args.runs.unwrap_or(1));
     }
     let style = Style::of(args.quiet, args.json);
     let stop = interrupt::stop_flag()?;
@@ -193,7 +198,7 @@ fn fresh(args: &Args) -> Result<Prepared, CliError> {
         return Err(vsonar::evolve::FolderError::Exists(out.clone()).into());
     }
     let cases = source.load()?;
-    let room = args.memory.check_needs(cases.needs(&settings.variation()))?;
+    let room = args.memory.check_needs(cases.needs(&settings.variation(), 1))?;
     let threads = usize::from(args.threads.unwrap_or(0));
     let table = source.to_table(&cases)?;
     let folder = match &args.out {
@@ -204,7 +209,7 @@ fn fresh(args: &Args) -> Result<Prepared, CliError> {
     match Evolution::in_folder(folder, &cases.train, settings, executor, threads) {
         Ok(mut evolution) => {
             args.keep_strips(&evolution, room);
-            cases.validation.iter().try_for_each(|set| evolution.validate_on(&SharedSet::new(set)))?;
+            cases.validation.iter().try_for_each(|set| evolution.validate_on(&args.shared(set, room)))?;
             Ok(Prepared { evolution, cases, source, named, folder: path })
         }
         Err(error) => {
@@ -225,11 +230,11 @@ fn resume(args: &Args, path: &Path) -> Result<Prepared, CliError> {
     let executor = args.executor.make()?;
     let cases = source.load()?;
     cases.check(folder.data(), path)?;
-    let room = args.memory.check_needs(cases.needs(&settings.variation()))?;
+    let room = args.memory.check_needs(cases.needs(&settings.variation(), 1))?;
     let threads = usize::from(args.threads.unwrap_or(0));
     let mut evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads)?;
     args.keep_strips(&evolution, room);
-    cases.validation.iter().try_for_each(|set| evolution.validate_on(&SharedSet::new(set)))?;
+    cases.validation.iter().try_for_each(|set| evolution.validate_on(&args.shared(set, room)))?;
     Ok(Prepared { evolution, cases, source, named: None, folder: path.to_path_buf() })
 }
 

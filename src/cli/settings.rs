@@ -182,6 +182,11 @@ impl SettingsFile {
         self.table.get("data")?.as_table()
     }
 
+    /// The settings, if it is that of a run folder.
+    pub(crate) fn recorded(&self) -> Result<Settings, CliError> {
+        Ok(Settings::from_record(&self.text, &self.name())?)
+    }
+
     fn name(&self) -> String {
         self.path.display().to_string()
     }

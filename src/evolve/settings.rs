@@ -187,12 +187,13 @@ impl Settings {
         }
     }
 
-    /// The preset `default`: `paper` with plain columns at the start and the initial filter; lexicase selection, of
-    /// equal individuals the smaller; three tenths of the pairs mutated or copied instead of crossed; neither trigonometry
+    /// The preset `default`: `paper` with individuals of one tree, plain columns at the start and the initial filter;
+    /// lexicase selection, of equal individuals the smaller; three tenths of the pairs mutated or copied instead of crossed; neither trigonometry
     /// nor averages of squares, and more weight on `if-le`, `break`, `set-a` and `prog2`; and a copy of each training
     /// image in other light. It was chosen by experiment: `examples/sweeps/screening.toml`, README, *Experiments*.
     pub fn default_preset() -> Settings {
         let mut settings = Settings::paper();
+        settings.trees = 1;
         settings.creation.plain_column_probability = 0.7;
         settings.filter.enabled = true;
         settings.selection.kind = SelectionKind::Lexicase;
@@ -227,7 +228,7 @@ impl Settings {
     ///
     /// # Errors
     /// As [`Settings::from_toml`].
-    pub(super) fn from_record(text: &str, file: &str) -> Result<Settings, SettingsError> {
+    pub fn from_record(text: &str, file: &str) -> Result<Settings, SettingsError> {
         let mut settings = Settings::default_preset();
         settings.reset_later();
         settings.with_toml(text, file)

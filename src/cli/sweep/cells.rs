@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use vsonar::dataset::Variation;
 use vsonar::evolve::Settings;
 
 use super::super::CliError;
@@ -191,14 +192,13 @@ impl<'a> Grid<'a> {
 
     /// What the runs on a data set need in memory, as many at a time as there are jobs.
     pub(crate) fn needs(&self, cases: &Cases, cores: Cores) -> Vec<Need> {
-        let mut needs = vec![Need::of(&cases.train)];
-        needs.extend(cases.validation.iter().map(Need::of));
-        needs.extend(cases.holdout.iter().filter(|_| self.spec.test).map(Need::of));
         let settings = self.cells.iter().map(|cell| &self.spec.settings[cell.setting].settings);
-        let greatest = settings.filter(|s| s.variation().copies() > 0).max_by_key(|s| s.variation().copies());
-        if let Some(settings) = greatest {
-            let variation = settings.variation();
-            needs.extend((0..cores.jobs).map(|_| Need::grown(&cases.train, &variation)));
+        let greatest = settings.map(Settings::variation).max_by_key(Variation::copies);
+        let variation = greatest.unwrap_or(Variation::NONE);
+        let mut needs: Vec<Need> = cases.needs(&variation, cores.jobs).collect();
+        if variation.copies() > 0 {
+            // Other settings may share the images as they are.
+            needs.push(Need::of(&cases.train));
         }
         needs
     }
