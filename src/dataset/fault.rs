@@ -148,7 +148,8 @@ pub enum FaultKind {
     },
     /// Rows of one image name different groups.
     #[error(
-        "the image `{image}` is of group `{second}` here and of group `{first}` before; an image is of one group in all its rows"
+        "the image `{image}` is of {} here and of {} before; an image is of one group in all its rows",
+        group_named(.second), group_named(.first)
     )]
     Group {
         /// The image.
@@ -211,6 +212,10 @@ impl Serialize for Fault {
         out.serialize_field("message", &self.kind.to_string())?;
         out.end()
     }
+}
+
+fn group_named(name: &str) -> String {
+    if name.is_empty() { "no group".to_string() } else { format!("group `{name}`") }
 }
 
 /// How many faults an error message shows before it only counts.

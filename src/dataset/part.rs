@@ -91,8 +91,8 @@ impl Dataset {
     /// | `N%` | the last groups by name, at least one | the last images of each sequence | evenly spread images |
     /// | `fold:I/K` | whole groups, folds as even as they can be | the I-th of K stretches of all sequences one after the other | every K-th image |
     ///
-    /// Where a sequence is cut, `gap` images beside the held-out ones are in neither part. Groups are sequences
-    /// ([`Dataset::sequences`]) whatever the unit.
+    /// `gap` images beside held-out ones, in a sequence or as their names count on (time stamps; a drive from one group
+    /// into another), are in neither part. Groups are sequences ([`Dataset::sequences`]) whatever the unit.
     ///
     /// ```
     /// use image::GrayImage;
@@ -108,10 +108,23 @@ impl Dataset {
     /// ```
     ///
     /// # Errors
-    /// If one of the two would be empty, there are fewer groups than folds, or no group of a name.
+    /// If one of the two would be empty, there are fewer groups than folds, no group of a name, or images without a group
+    /// among such with one where groups are the unit.
     pub fn hold_out(&self, part: &Part, unit: Unit, gap: u32) -> Result<(Dataset, Dataset), SplitError> {
         let fail = |cause: String| SplitError::Part { part: part.to_string(), set: self.name.clone(), cause };
         let sequences = self.sequences();
+        let named = matches!(part, Part::Groups(_));
+        if unit == Unit::Group
+            && self.has_groups()
+            && !named
+            && let Some(image) = (0..self.images.len()).find(|&image| self.group(image).is_none())
+        {
+            let image = &self.images[image].name;
+            return Err(fail(format!(
+                "the image `{image}` has no group, while others have one; give it one in the table, or take parts by stretches \
+                 (`--split-by stretch`)"
+            )));
+        }
         let mut held = vec![false; self.images.len()];
         let mut hold = |image: &usize| held[*image] = true;
         match (part, unit) {
@@ -150,7 +163,8 @@ impl Dataset {
             }
         }
         let gap = if unit == Unit::Image { 0 } else { gap as usize };
-        let beside = beside(&sequences, &held, gap);
+        let orders = sequences.into_iter().map(|sequence| sequence.images).chain(self.by_numbers());
+        let beside = beside(orders, &held, gap);
         let (rest, held) = (
             self.subset(format!("{}[not {part}]", self.name), |image| !held[image] && !beside[image]),
             self.subset(format!("{}[{part}]", self.name), |image| held[image]),
@@ -188,8 +202,8 @@ fn whole<'a>(part: &Part, groups: &'a [Sequence], images: usize) -> Result<Vec<&
     let asked = if let Part::Fold(_, count) = part { *count as usize } else { 2 };
     if groups.len() < asked {
         return Err(format!(
-            "there are {} group(s) and no fewer than {asked} will do; give the images groups, or take the part by \
-             stretches",
+            "there are {} group(s) to take from and no fewer than {asked} will do; name groups (`group:NAME`), or take \
+             parts by stretches (`--split-by stretch`)",
             groups.len()
         ));
     }
@@ -220,13 +234,14 @@ fn whole<'a>(part: &Part, groups: &'a [Sequence], images: usize) -> Result<Vec<&
     })
 }
 
-/// The images that are not held out but within `gap` images of one that is, in the order of their sequence.
-fn beside(sequences: &[Sequence], held: &[bool], gap: usize) -> Vec<bool> {
+/// The images that are not held out but within `gap` images of one that is, in any of these orders.
+fn beside(orders: impl Iterator<Item = Vec<usize>>, held: &[bool], gap: usize) -> Vec<bool> {
     let mut beside = vec![false; held.len()];
-    for Sequence { images, .. } in sequences {
+    for images in orders {
         for (place, &image) in images.iter().enumerate() {
-            let around = &images[place.saturating_sub(gap)..images.len().min(place + gap + 1)];
-            beside[image] = !held[image] && around.iter().any(|&other| held[other]);
+            let around = &images
+                [place.saturating_sub(gap)..images.len().min(place.saturating_add(gap).saturating_add(1))];
+            beside[image] |= !held[image] && around.iter().any(|&other| held[other]);
         }
     }
     beside
@@ -344,6 +359,44 @@ mod tests {
         assert!(cause(&one, "1%", Unit::Stretch).contains("larger"));
         assert!(cause(&one, "90%", Unit::Stretch).contains("smaller"));
         assert!(cause(&one, "group:b", Unit::Stretch).contains("no group `b`; there are a_"));
+    }
+
+    /// Sets of one image for each name.
+    fn named(names: &[&str]) -> Dataset {
+        let image =
+            |name: &&str| NamedImage { name: name.to_string(), pixels: image::GrayImage::new(16, 16) };
+        let cases = (0..names.len()).map(|image| Case { image, x: 8, y: 8 }).collect();
+        Dataset::new("set", names.iter().map(image).collect(), cases).expect("sound")
+    }
+
+    #[test]
+    fn what_was_taken_one_after_the_other_is_not_parted() {
+        // A second is a sequence of its own; its last image is beside the first of the next.
+        let stamps =
+            named(&["1.0.png", "1.1.png", "1.2.png", "1.3.png", "2.0.png", "2.1.png", "2.2.png", "2.3.png"]);
+        let (rest, held) = stamps.hold_out(&part("fold:2/2"), Unit::Stretch, 1).expect("possible");
+        assert_eq!(
+            (names(&held), names(&rest)),
+            (vec!["2.0", "2.1", "2.2", "2.3"], vec!["1.0", "1.1", "1.2"])
+        );
+        // A drive through two groups.
+        let drive =
+            set(&[8]).with_groups(|name| Some(if name < "a_04" { "hall" } else { "lab" }.to_string()));
+        let (rest, _) = drive.hold_out(&part("group:lab"), Unit::Group, 2).expect("possible");
+        assert_eq!(names(&rest), ["a_00", "a_01"]);
+        // Two eyes see the same.
+        let eyes = named(&["d_1_l.png", "d_1_r.png", "d_2_l.png", "d_2_r.png"]);
+        let (rest, held) = eyes.hold_out(&part("fold:2/2"), Unit::Stretch, 0).expect("possible");
+        assert_eq!((names(&rest), names(&held)), (vec!["d_1_l", "d_1_r"], vec!["d_2_l", "d_2_r"]));
+    }
+
+    #[test]
+    fn images_without_a_group_among_others_with_one_are_named() {
+        let some = set(&[8]).with_groups(|name| (name > "a_03").then(|| "hall".to_string()));
+        let error = some.hold_out(&part("25%"), Unit::Group, 0).expect_err("no groups").to_string();
+        assert!(error.contains("`a_00.png` has no group") && error.contains("--split-by stretch"), "{error}");
+        assert!(some.hold_out(&part("group:hall"), Unit::Group, 0).is_ok());
+        assert!(some.hold_out(&part("25%"), Unit::Stretch, 0).is_ok());
     }
 
     #[test]

@@ -44,8 +44,8 @@ impl Dataset {
     }
 
     /// The sequences, by name. Images are of one sequence if they have the same group; without groups, if their names
-    /// are the same but for a number at the end (`drive_A_001.png` and `drive_A_002.png`). Within a sequence the
-    /// images ascend by that number, those of equal numbers by name.
+    /// are the same up to their last number (`drive_A_001.png`, `drive_A_002.png` and `drive_A_002_left.png`). Within a
+    /// sequence the images ascend by that number, those of equal numbers by name.
     ///
     /// ```
     /// use image::GrayImage;
@@ -60,10 +60,9 @@ impl Dataset {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn sequences(&self) -> Vec<Sequence> {
-        let mut sequences: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        let mut sequences: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
         for (i, image) in self.images.iter().enumerate() {
-            let [before, _, after] = around_number(&image.name);
-            let name = self.group(i).map_or_else(|| format!("{before}{after}"), str::to_string);
+            let name = self.group(i).unwrap_or(around_number(&image.name)[0]);
             sequences.entry(name).or_default().push(i);
         }
         let order = |image: usize| {
@@ -71,13 +70,36 @@ impl Dataset {
             let [before, number, after] = around_number(name);
             // Numbers as text, for none is too long so.
             let number = number.trim_start_matches('0');
-            (before, after, number.len(), number, name)
+            (before, number.len(), number, after, name)
         };
-        let sequence = |(name, mut images): (String, Vec<usize>)| {
+        let sequence = |(name, mut images): (&str, Vec<usize>)| {
             images.sort_by(|&a, &b| order(a).cmp(&order(b)));
-            Sequence { name, images }
+            Sequence { name: name.to_string(), images }
         };
         sequences.into_iter().map(sequence).collect()
+    }
+
+    /// Images whose names are the same but for all their numbers, in the order of these: time stamps, say, which no single
+    /// number tells. Whatever the groups, neighbours in it may have been taken one after the other.
+    pub(super) fn by_numbers(&self) -> Vec<Vec<usize>> {
+        let mut alike: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        for (i, image) in self.images.iter().enumerate() {
+            let text = image.name.split(|c: char| c.is_ascii_digit()).filter(|text| !text.is_empty());
+            alike.entry(text.collect::<Vec<_>>().join("0")).or_default().push(i);
+        }
+        let numbers = |image: usize| -> Vec<(usize, &str)> {
+            let digits = self.images[image].name.split(|c: char| !c.is_ascii_digit());
+            let digits =
+                digits.filter(|digits| !digits.is_empty()).map(|digits| digits.trim_start_matches('0'));
+            digits.map(|digits| (digits.len(), digits)).collect()
+        };
+        alike
+            .into_values()
+            .map(|mut images| {
+                images.sort_by_cached_key(|&image| numbers(image));
+                images
+            })
+            .collect()
     }
 
     /// Stretches of at most so many consecutive images of a sequence, as equal as can be: what a bootstrap draws, as
@@ -143,9 +165,18 @@ mod tests {
         };
         let own = |name: &str, images: &[usize]| (name.to_string(), images.to_vec());
         assert_eq!(names(&set), [own("a_", &[1, 0]), own("b_", &[2]), own("c", &[3])]);
+        let eyes = self::set(&["d_1_r.png", "d_2_l.png", "d_1_l.png", "d_2_r.png"]);
+        assert_eq!(names(&eyes), [own("d_", &[2, 0, 1, 3])], "of one moment, side by side");
         let grouped = set.with_groups(|name| (name != "c.png").then(|| "hall".to_string()));
         assert_eq!(names(&grouped), [own("c", &[3]), own("hall", &[1, 0, 2])]);
         assert_eq!(grouped.select("b*").expect("one").group(0), Some("hall"));
+    }
+
+    #[test]
+    fn time_stamps_are_in_order() {
+        let names =
+            ["12-31-00.png", "12-30-59.png", "9-59-59.png", "left_1.png", "left_10.png", "left_9.png"];
+        assert_eq!(set(&names).by_numbers(), [vec![2, 1, 0], vec![3, 5, 4]]);
     }
 
     #[test]
