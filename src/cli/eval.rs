@@ -54,8 +54,7 @@ pub(crate) struct Args {
     executor: Choice,
     #[command(flatten)]
     memory: MemoryArgs,
-    /// An answer is correct within this many rows of the label [default: 10, or what the run folder's settings say]
-    #[arg(long, value_name = "ROWS", value_parser = tolerance, allow_negative_numbers = true)]
+    #[arg(long, value_name = "ROWS", value_parser = tolerance, allow_negative_numbers = true, help = tolerance_help())]
     tolerance: Option<f64>,
     /// Test it also on changed images: light, brightness, contrast, gamma, noise, blur, moved up, down and aside, mirrored,
     /// and between the labelled columns
@@ -69,6 +68,13 @@ pub(crate) struct Args {
     /// Write every answer as CSV (image,x,label,answer) to this file, or to standard output (-)
     #[arg(long, value_name = "FILE")]
     answers: Option<PathBuf>,
+}
+
+fn tolerance_help() -> String {
+    format!(
+        "An answer is correct within this many rows of the label; of a run folder, by default, as many as its settings say \
+         [default: {TOLERANCE}]"
+    )
 }
 
 pub(super) fn tolerance(text: &str) -> Result<f64, String> {

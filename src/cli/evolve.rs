@@ -51,7 +51,7 @@ settings and seed: threads, executor and interruptions change nothing but the ti
 
 /// Evolve a detector on labelled images
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES, allow_negative_numbers = true)]
+#[command(after_help = EXAMPLES, allow_negative_numbers = true, group = clap::ArgGroup::new("several").multiple(true))]
 pub(crate) struct Args {
     #[command(flatten)]
     data: DataArgs,
@@ -62,12 +62,12 @@ pub(crate) struct Args {
     pub(crate) out: Option<PathBuf>,
     /// So many runs, with the seeds from `--seed` on, each in a run folder of its own [default: 1]
     ///
-    /// What the images need to be prepared is done once. With `--out`, runs that are in that folder already are gone on
+    /// What the images need to be prepared is done once, but for altered copies, which each run has of its own. With `--out`, runs that are in that folder already are gone on
     /// with, complete ones only shown.
-    #[arg(long, value_name = "N", help_heading = "Run", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", help_heading = "Run", group = "several", value_parser = clap::value_parser!(u16).range(1..))]
     runs: Option<u16>,
     /// Runs at a time, which share the threads [default: 1]
-    #[arg(long, value_name = "N", help_heading = "Run", requires = "runs", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", help_heading = "Run", requires = "several", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
     /// Cross-validation: a run for each K-th of the images, trained on the others and tested on it
     ///
@@ -78,6 +78,7 @@ pub(crate) struct Args {
         help_heading = "Run",
         requires = "data",
         conflicts_with_all = ["holdout", "holdout_match"],
+        group = "several",
         value_parser = clap::value_parser!(u32).range(2..=1000)
     )]
     pub(crate) folds: Option<u32>,
@@ -152,7 +153,7 @@ impl Args {
         let named = file.as_ref().filter(|_| !self.data.given()).and_then(|f| Some((f.data()?, f.path())));
         let source = match named {
             Some((data, path)) => Source::from_table(data, path)?.named_in(path)?,
-            None => self.data.source()?,
+            None => self.data.source(self.folds.is_some())?,
         };
         let small = named.is_none() && source.is_synthetic();
         let settings = self.settings.settings(file.as_ref(), small)?;

@@ -7,13 +7,12 @@ use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use vsonar::dataset::{Constants, Part};
+use vsonar::dataset::{Constants, Part, Variation};
 use vsonar::evolve::{Evolution, FolderError, RunFolder, Settings, SharedSet, StopReason};
 
 use super::cases::Cases;
 use super::evolve::{Args, Plan, RUNS};
 use super::jobs::{self, Cores};
-use super::memory::Need;
 use super::output::{self, count, grouped, shell_word};
 use super::runs_report::{One, Report, Scored};
 use super::source::Source;
@@ -21,11 +20,11 @@ use super::sweep::Meter;
 use super::view::Style;
 use super::{CliError, interrupt};
 
-/// A way to part the data: one of the folds, or the only one.
+/// A way to part the data: one of the folds, or the only one. Its cases are loaded when it is its turn, so that the
+/// images of one fold are in memory at a time.
 struct Fold {
     number: Option<u32>,
     source: Source,
-    cases: Cases,
     /// Bytes left under the limit of all memory.
     room: u64,
 }
@@ -46,17 +45,7 @@ pub(crate) fn run(args: &Args, runs: u16) -> Result<(), CliError> {
         .try_for_each(Settings::validate)
         .map_err(|e| CliError::Usage(format!("--runs {runs}: {e}")))?;
     let cores = Cores::new(args.jobs, args.threads, |_| 1);
-    let folds = folds(args, &source, &settings, cores)?;
-    if let Some(out) = &args.out {
-        // Those that are there are gone on with; what cannot be is found before anything is run.
-        for (fold, settings) in folds.iter().flat_map(|fold| all.iter().map(move |settings| (fold, settings)))
-        {
-            let path = place(out, fold.number, settings.seed);
-            if path.exists() {
-                goes_on(&path, settings, &fold.cases)?;
-            }
-        }
-    }
+    let folds = folds(args, &source, &all, cores)?;
     let stop = interrupt::stop_flag()?;
     let style = Style::of(args.quiet, args.json);
     let total = all.len() * folds.len();
@@ -88,32 +77,34 @@ pub(crate) fn run(args: &Args, runs: u16) -> Result<(), CliError> {
         })?;
     }
     drop(meter);
-    if stop.load(Ordering::Relaxed) {
+    if stop.load(Ordering::Relaxed) && done.len() < total {
         let begun = begun.into_inner().unwrap_or_else(PoisonError::into_inner);
         return Err(interrupted(args, &all, total, &done, &begun));
     }
     done.sort_by_key(|one| (one.fold, one.seed));
-    let report = Report::of(done, &source, &settings);
+    let report = Report::of(done, &source);
     if args.json { output::print_json(&report) } else { output::print(&report.to_string()) }
 }
 
-/// The folds with their cases, which are to fit into memory one after the other.
-fn folds(args: &Args, source: &Source, settings: &Settings, cores: Cores) -> Result<Vec<Fold>, CliError> {
+/// The folds. What cannot be is found before anything is run: each fits into memory, and its runs that are there already
+/// can be gone on with.
+fn folds(args: &Args, source: &Source, all: &[Settings], cores: Cores) -> Result<Vec<Fold>, CliError> {
     let without = |number: u32, count: u32| source.clone().without(&Part::Fold(number, count));
     let sources: Vec<(Option<u32>, Source)> = match args.folds {
         None => vec![(None, source.clone())],
         Some(count) => (1..=count).filter_map(|i| Some((Some(i), without(i, count)?))).collect(),
     };
-    let variation = settings.variation();
+    let variation = all.first().map_or(Variation::NONE, Settings::variation);
     let fold = |(number, source): (Option<u32>, Source)| {
         let cases = source.load()?;
-        let others = cases.validation.iter().chain(&cases.holdout);
-        let mut needs: Vec<Need> = std::iter::once(&cases.train).chain(others).map(Need::of).collect();
-        if variation.copies() > 0 {
-            needs.extend((0..cores.jobs).map(|_| Need::grown(&cases.train, &variation)));
+        let room = args.memory.check_needs(cases.needs(&variation, cores.jobs.min(all.len())))?;
+        for settings in all.iter().filter(|_| args.out.is_some()) {
+            let path = args.out.as_deref().map(|out| place(out, number, settings.seed));
+            if let Some(path) = path.filter(|path| path.exists()) {
+                goes_on(&path, settings, &cases)?;
+            }
         }
-        let room = args.memory.check_needs(needs)?;
-        Ok(Fold { number, source, cases, room })
+        Ok(Fold { number, source, room })
     };
     sources.into_iter().map(fold).collect()
 }
@@ -128,7 +119,8 @@ fn on_fold(
     begun: &Mutex<Vec<Begun>>,
     mut done: impl FnMut(One) -> Result<(), CliError>,
 ) -> Result<(), CliError> {
-    let Fold { number, source, cases, room } = fold;
+    let Fold { number, source, room } = fold;
+    let cases = &source.load()?;
     let executor = args.executor.make()?;
     let table = source.to_table(cases)?;
     let strips = usize::try_from(args.strip_bytes(*room)).unwrap_or(usize::MAX);
@@ -202,13 +194,20 @@ fn goes_on(path: &Path, settings: &Settings, cases: &Cases) -> Result<RunFolder,
     if made.fingerprint() != settings.fingerprint() {
         return Err(FolderError::OtherSettings(path.to_path_buf()).into());
     }
-    cases.check(folder.data(), path)?;
+    if made.generations > settings.generations {
+        return Err(CliError::Usage(format!(
+            "--generations: {} is a run of {} generations; ask for as many or more",
+            path.display(),
+            made.generations
+        )));
+    }
+    cases.check_all(folder.data(), path)?;
     Ok(folder)
 }
 
 fn interrupted(args: &Args, all: &[Settings], total: usize, done: &[One], begun: &[Begun]) -> CliError {
     let mut text = format!(
-        "interrupted with {} of {} complete and the others saved; go on with",
+        "interrupted with {} of {} complete, others saved as far as they were begun; go on with",
         done.len(),
         count(total as u64, "run")
     );

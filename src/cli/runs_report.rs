@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use serde::Serialize;
-use vsonar::evolve::{Score, Settings};
+use vsonar::evolve::Score;
 use vsonar::statistics::Quartiles;
 
 use super::output::{self, grouped, percent};
@@ -103,7 +103,7 @@ impl Pooled {
 }
 
 impl Report {
-    pub(crate) fn of(runs: Vec<One>, source: &Source, settings: &Settings) -> Report {
+    pub(crate) fn of(runs: Vec<One>, source: &Source) -> Report {
         let quartiles = |part: usize| {
             Quartiles::of(&runs.iter().filter_map(|one| Some(one.part(part)?.fitness)).collect::<Vec<_>>())
         };
@@ -116,14 +116,14 @@ impl Report {
                 .then(a.nodes.cmp(&b.nodes))
                 .then(a.seed.cmp(&b.seed))
         });
-        let next = match (best, source.folder()) {
-            (Some(best), _) => best.next.clone(),
-            (None, Some(folder)) => vec![format!(
-                "vsonar evolve --data {} --seed {}    # a program for use, trained on all of it",
+        let next = match (best, source.folder(), runs.first()) {
+            (Some(best), ..) => best.next.clone(),
+            (None, Some(folder), Some(one)) => vec![format!(
+                "vsonar evolve --settings {} --data {} --validation 20%    # a program for use, trained on all of it",
+                output::shell_word(&one.run.join("settings.toml")),
                 output::shell_word(&output::from_here(folder)),
-                settings.seed
             )],
-            (None, None) => Vec::new(),
+            _ => Vec::new(),
         };
         Report {
             train: quartiles(0),
@@ -164,7 +164,13 @@ impl fmt::Display for Report {
         };
         row("median", &|q| percent(q.median));
         row("quartiles", &between);
-        row("best", &|q| percent(q.max));
+        row("highest", &|q| percent(q.max));
+        if let Some(best) = self.runs.iter().find(|one| Some(&one.run) == self.best.as_ref()) {
+            let parts = there.iter().flat_map(|&part| {
+                [best.part(part).map_or(String::new(), |part| percent(part.fitness)), String::new()]
+            });
+            table.row(std::iter::once(format!("best: {}", best.seed)).chain(parts));
+        }
         writeln!(f, "\n{table}")?;
         if let Some(Pooled { fitness, constant_per_column }) = self.pooled {
             writeln!(
@@ -210,7 +216,7 @@ mod tests {
 
     fn report(runs: Vec<One>) -> Report {
         let source = Source::Synthetic(toml::from_str("").expect("all fields have defaults"));
-        Report::of(runs, &source, &Settings::paper())
+        Report::of(runs, &source)
     }
 
     #[test]

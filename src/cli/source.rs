@@ -52,7 +52,7 @@ pub(crate) struct DataArgs {
     /// What a part never tears apart [default: group if the table has groups, else stretch]
     #[arg(long, value_name = "UNIT", requires = "data", value_parser = unit)]
     pub(crate) split_by: Option<Unit>,
-    /// Images beside a cut through a sequence that are in neither part [default: 2]
+    /// Images beside held-out ones that are in neither part, where a part is taken as 25% or fold:2/5 [default: 2]
     #[arg(long, value_name = "N", requires = "data")]
     pub(crate) gap: Option<u32>,
 }
@@ -69,7 +69,9 @@ impl FromStr for Place {
 
     /// A folder whose name could be a part is written with `./` before it.
     fn from_str(text: &str) -> Result<Place, ParsePartError> {
+        let number = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
         let meant = text.ends_with('%') || text.starts_with("fold:") || text.starts_with("group:");
+        let meant = meant || number || text.is_empty();
         match text.parse() {
             Ok(part) => Ok(Place::Part(part)),
             Err(error) if meant => Err(error),
@@ -186,8 +188,21 @@ impl DataArgs {
         self.data.is_some()
     }
 
-    /// What the flags say.
-    pub(crate) fn source(&self) -> Result<Source, CliError> {
+    /// What the flags say; with `folds` the parts to be held out are still to be named.
+    pub(crate) fn source(&self, folds: bool) -> Result<Source, CliError> {
+        let parts = [&self.holdout, &self.validation].into_iter().flatten();
+        let taken = folds || parts.into_iter().any(|place| place.part().is_some());
+        for (flag, given) in [("--gap", self.gap.is_some()), ("--split-by", self.split_by.is_some())] {
+            if given && !taken {
+                let text = "is about parts, and none is taken; ask for one with `--holdout 25%` or `--validation 25%`";
+                return Err(CliError::Usage(format!("{flag} {text}")));
+            }
+        }
+        if self.gap.is_some_and(|gap| gap > 0) && self.split_by == Some(Unit::Image) {
+            let text =
+                "--gap: with `--split-by image` neighbours come to both sides, so that there is no gap";
+            return Err(CliError::Usage(text.to_string()));
+        }
         let Some(data) = &self.data else {
             return Ok(Source::Synthetic(Synthetic {
                 building: BUILDING,
@@ -235,14 +250,47 @@ impl Source {
 
     /// From the table `[data]` of a settings file.
     pub(crate) fn from_table(table: &toml::Table, file: &Path) -> Result<Source, CliError> {
+        let source = Source::parse(table, file)?;
+        source.check().map_err(|e| CliError::Failed(format!("{}: the table [data]: {e}", file.display())))?;
+        Ok(source)
+    }
+
+    /// Whether what a file says of the parts goes together, as the flags that say the same have to.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let Source::Folder(f) = self else { return Ok(()) };
+        let parts = [
+            ("holdout", [f.holdout.is_some(), f.holdout_match.is_some(), f.holdout_part.is_some()]),
+            (
+                "validation",
+                [f.validation.is_some(), f.validation_match.is_some(), f.validation_part.is_some()],
+            ),
+        ];
+        for (name, given) in parts {
+            if given.iter().filter(|given| **given).count() > 1 {
+                return Err(format!("of `{name}`, `{name}_match` and `{name}_part` only one can be given"));
+            }
+        }
+        if f.holdout_match.is_some() && f.train_match.is_none() {
+            return Err("`holdout_match` needs `train_match`, which says what to train on".to_string());
+        }
+        for (name, part) in [("holdout_part", &f.holdout_part), ("validation_part", &f.validation_part)] {
+            if let Some(Err(error)) = part.as_ref().map(|part| part.parse::<dataset::Part>()) {
+                return Err(format!("`{name}`: {error}"));
+            }
+        }
+        Ok(())
+    }
+
+    fn parse(table: &toml::Table, file: &Path) -> Result<Source, CliError> {
         let mut table = table.clone();
         Cases::FINGERPRINTS.iter().for_each(|name| drop(table.remove(*name)));
         table.try_into().map_err(|error| {
             CliError::Failed(format!(
-                "{}: the table [data] does not say where the fitness cases come from: {}; it needs a table \
-                 [data.folder] with the path `train`",
+                "{}: the table [data] does not say where the fitness cases come from: {}; it has a table [data.folder] \
+                 with the path `train`, and perhaps {}",
                 file.display(),
-                error.to_string().trim_end().replace('\n', " ")
+                error.to_string().trim_end().replace('\n', " "),
+                "`holdout`, `holdout_match`, `holdout_part`, the same of `validation`, `split_by` and `gap`"
             ))
         })
     }
@@ -449,7 +497,7 @@ mod tests {
             split_by: Some(Unit::Group),
             gap: Some(1),
         };
-        let folder = args.source().expect("UTF-8");
+        let folder = args.source(false).expect("UTF-8");
         let synthetic = DataArgs { data: None, train_match: None, holdout_match: None, ..args };
         let small = Corridor { width: 16, height: 16, columns: 1, ..Corridor::default() };
         let set = |seed| small.render(seed, 1).expect("possible");
@@ -460,7 +508,7 @@ mod tests {
             left_out: 0,
         };
         let file = Path::new("my.toml");
-        for source in [folder, synthetic.source().expect("nothing to go wrong")] {
+        for source in [folder, synthetic.source(false).expect("nothing to go wrong")] {
             for cases in [cases(Some(set(2))), cases(None)] {
                 let table = source.to_table(&cases).expect("a table");
                 assert_eq!(Source::from_table(&table, file).expect("the same"), source);

@@ -47,7 +47,8 @@ fn validation_chooses_from_the_hall_of_fame() {
     let log = recorded(&place.path("run")).log;
     assert_eq!(log.last().expect("lines")["validation_fitness"], summary["validation"]["fitness"]);
     for (part, name) in [("train", "train"), ("validation", "validation"), ("holdout", "holdout")] {
-        let judged = place.ok(&["eval", "run", "--part", part, "--tolerance", "3", "--json"]);
+        // The tolerance is that of the run.
+        let judged = place.ok(&["eval", "run", "--part", part, "--json"]);
         let judged: Value = serde_json::from_str(&judged).expect("JSON");
         assert_eq!(
             (&judged["correct"], &judged["cases"]),
@@ -272,4 +273,73 @@ fn of_several_runs_the_best_in_validation_is_taken() {
     ] {
         assert!(text.contains(said), "no {said:?} in {text}");
     }
+}
+
+#[test]
+fn several_runs_go_on_with_the_same_parts_only() {
+    let place = place();
+    dataset(5, 3).save(place.path("other")).expect("writable");
+    place.ok(&tiny(&["--runs", "2", "--out", "all", "--quiet"]));
+    for parts in [["--validation", "other"], ["--holdout", "other"]] {
+        let complaint = place.fails(1, &tiny(&[&parts[..], &["--runs", "2", "--out", "all"]].concat()));
+        assert!(complaint.contains("all/seed-1/settings.toml"), "{complaint}");
+    }
+    // Begun, but without a generation: the training data are guarded too.
+    std::fs::remove_file(place.path("all/seed-1/checkpoint")).expect("there");
+    let mut other = tiny(&["--runs", "2", "--out", "all"]);
+    other[2] = "other";
+    let complaint = place.fails(1, &other);
+    assert!(complaint.contains("all/seed-1") && complaint.contains("training"), "{complaint}");
+    let complaint = place.fails(2, &tiny(&["--runs", "2", "--out", "all", "--generations", "2"]));
+    assert!(complaint.contains("all/seed-1") && complaint.contains("--generations"), "{complaint}");
+}
+
+#[test]
+fn parts_of_a_file_go_together_as_flags_have_to() {
+    let place = place();
+    place.ok(&tiny(&["--validation", "25%", "--out", "run", "--quiet"]));
+    let settings = place.read("run/settings.toml");
+    for (more, said) in [
+        ("validation = \"x\"", "only one"),
+        ("holdout_match = \"drive_a*\"", "`train_match`"),
+        ("holdout_part = \"99x%\"", "`holdout_part`: `99x%`"),
+        ("split_by = \"frame\"", "split_by"),
+    ] {
+        let text = settings.replace("[data.folder]", &format!("[data.folder]\n{more}"));
+        place.write("my.toml", text);
+        let complaint = place.fails(1, &["evolve", "--settings", "my.toml", "--out", "x"]);
+        assert!(complaint.contains("my.toml") && complaint.contains(said), "{complaint}");
+    }
+}
+
+#[test]
+fn flags_about_parts_need_one() {
+    let place = place();
+    for flags in [&["--gap", "1"][..], &["--split-by", "image"], &["--holdout", "data", "--gap", "1"]] {
+        let complaint = place.fails(2, &tiny(flags));
+        assert!(complaint.contains("none is taken"), "{complaint}");
+    }
+    let complaint = place.fails(2, &tiny(&["--holdout", "25%", "--split-by", "image", "--gap", "2"]));
+    assert!(complaint.contains("--gap"), "{complaint}");
+    for part in ["25", ""] {
+        let complaint = place.fails(2, &tiny(&[&format!("--holdout={part}")]));
+        assert!(complaint.contains("names no part"), "{complaint}");
+    }
+    let complaint = place.fails(1, &["eval", "runs/none"]);
+    assert!(complaint.contains("runs/none") && complaint.contains("check the path"), "{complaint}");
+}
+
+#[test]
+fn the_held_out_part_of_an_unfinished_run_is_not_looked_at_by_accident() {
+    let place = place();
+    place.ok(&tiny(&["--holdout", "25%", "--out", "run", "--quiet"]));
+    let cases = |flags: &[&str]| -> u64 {
+        let text = place.ok(&[&["eval", "run", "--json"], flags].concat());
+        serde_json::from_str::<Value>(&text).expect("JSON")["cases"].as_u64().expect("a number")
+    };
+    assert_eq!(cases(&[]), 12);
+    let settings = place.read("run/settings.toml");
+    place.write("run/settings.toml", settings.replace("generations = 4", "generations = 9"));
+    assert_eq!(cases(&[]), 20, "two frames of each drive are beside the cut, in no part");
+    assert_eq!(cases(&["--part", "holdout"]), 12);
 }
