@@ -190,7 +190,7 @@ impl Settings {
     /// The preset `default`: `paper` with individuals of one tree, plain columns at the start and the initial filter;
     /// lexicase selection, of equal individuals the smaller; three tenths of the pairs mutated or copied instead of crossed; neither trigonometry
     /// nor averages of squares, and more weight on `if-le`, `break`, `set-a` and `prog2`; and a copy of each training
-    /// image in other light. It was chosen by experiment: `examples/sweeps/screening.toml`, README, *Experiments*.
+    /// image in other light, every other one mirrored. It was chosen by experiment: `examples/sweeps/screening.toml`, README, *Experiments*.
     pub fn default_preset() -> Settings {
         let mut settings = Settings::paper();
         settings.trees = 1;
@@ -202,6 +202,7 @@ impl Settings {
         settings.breeding.subtree_mutation_probability = 0.1;
         settings.breeding.point_mutation_probability = 0.05;
         settings.breeding.constant_mutation_probability = 0.05;
+        settings.augmentation.mirror = 0.5;
         settings.augmentation.gain = 0.3;
         settings.augmentation.brightness = 20.0;
         settings.nodes = NodeSet::of_weights(|node| match node.name() {

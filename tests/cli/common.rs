@@ -134,6 +134,8 @@ pub(crate) const TINY: &[&str] = &[
     "--set",
     "filter.max_draws=30",
     "--set",
+    "augmentation.mirror=0",
+    "--set",
     "augmentation.gain=0",
     "--set",
     "augmentation.brightness=0",

@@ -13,7 +13,7 @@ population = 40
 generations = 3
 creation = { min_depth = 2, max_depth = 4 }
 filter.max_draws = 30
-augmentation = { gain = 0, brightness = 0 }
+augmentation = { mirror = 0, gain = 0, brightness = 0 }
 ";
 
 /// The place's data in two drives, one held out.
