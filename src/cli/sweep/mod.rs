@@ -127,6 +127,11 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         .iter()
         .map(|cases| args.memory.check_needs(grid.needs(cases, cores)))
         .collect::<Result<_, _>>()?;
+    let copy = folder.join("spec.toml");
+    if copy.symlink_metadata().is_ok() && !Results::are_in(&folder) {
+        let text = "is there, and the folder is not that of a sweep, which would write this file; choose another `--out`";
+        return Err(CliError::Failed(format!("{}: {text}", copy.display())));
+    }
     fs::create_dir_all(&folder).map_err(|e| CliError::file(&folder, "make the folder", &e))?;
     let lock = Lock::take(&folder).map_err(|e| CliError::file(&folder, "lock the folder", &e))?;
     let Some(_lock) = lock else {
@@ -139,7 +144,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let mut results = Results::read(&folder)?;
     grid.check_settings(&results)?;
     grid.check_data(&results, &sets)?;
-    write_file(&folder.join("spec.toml"), spec.text.as_bytes())?;
+    write_file(&copy, spec.text.as_bytes())?;
     let stop = interrupt::stop_flag()?;
     let style = Style::of(args.quiet, args.json);
     let work = grid.work(&results);

@@ -5,13 +5,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use vsonar::evolve::{Score, Settings};
+use vsonar::evolve::{Lock, Score, Settings};
 
 use super::super::CliError;
 use super::super::output::write_file;
 
 /// A run. What is said of a part of the data is empty where there is no such part, or it was not looked at.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Row {
     pub(crate) data: String,
     pub(crate) setting: String,
@@ -117,6 +117,49 @@ impl Row {
     pub(crate) fn is_of(&self, data: &str, setting: &str, seed: u64) -> bool {
         self.seed == seed && self.data == data && self.setting == setting
     }
+
+    /// The names of the columns.
+    fn columns() -> Result<Vec<String>, CliError> {
+        let bytes = csv_of([&Row::default()])?;
+        let mut reader = csv::Reader::from_reader(&bytes[..]);
+        Ok(reader.headers()?.iter().map(str::to_string).collect())
+    }
+
+    /// What is wrong with the numbers, which a hand may have changed.
+    fn fault(&self) -> Option<String> {
+        let train = (Some(&self.train_fingerprint), Some(self.train_correct), Some(self.train_cases));
+        let validation =
+            (self.validation_fingerprint.as_ref(), self.validation_correct, self.validation_cases);
+        let holdout = (self.holdout_fingerprint.as_ref(), self.holdout_correct, self.holdout_cases);
+        for (part, (fingerprint, correct, cases)) in Part::ALL.into_iter().zip([train, validation, holdout]) {
+            let (fitness, constant) = (self.fitness(part), self.constant(part));
+            match (fingerprint, correct, cases, fitness, constant) {
+                (None, None, None, None, None) => {}
+                (Some(_), Some(correct), Some(cases), Some(fitness), Some(constant)) => {
+                    // A fitness that is no number is not near either.
+                    let near = (fitness - f64::from(correct) / f64::from(cases)).abs() < 1e-9;
+                    if !near || correct > cases {
+                        return Some(format!(
+                            "the fitness {fitness} ({}) is not {correct} of {cases} cases",
+                            part.name()
+                        ));
+                    }
+                    if !(0.0..=1.0).contains(&constant) {
+                        return Some(format!("the constants' {constant} ({}) is no share", part.name()));
+                    }
+                }
+                _ => return Some(format!("of the {} part some columns are empty", part.name())),
+            }
+        }
+        (!self.seconds.is_finite()).then(|| format!("{} is no number of seconds", self.seconds))
+    }
+}
+
+/// Rows as CSV, below the names of the columns.
+fn csv_of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Result<Vec<u8>, CliError> {
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    rows.into_iter().try_for_each(|row| csv.serialize(row))?;
+    csv.into_inner().map_err(|e| CliError::Failed(e.to_string()))
 }
 
 /// What tells settings apart, the number of generations included.
@@ -137,7 +180,10 @@ impl Results {
     pub(crate) const NAME: &str = "results.csv";
 
     /// The results so far; none if there is no file. A last row that is not whole is left out: the process, or the
-    /// machine, ended while it was written or copied.
+    /// machine, ended while it was written or copied. A row that is there twice counts once.
+    ///
+    /// # Errors
+    /// With file and line: if it is no file of results, a row is none, or there are different ones of a run.
     pub(crate) fn read(folder: &Path) -> Result<Results, CliError> {
         let path = folder.join(Results::NAME);
         let text = match fs::read_to_string(&path) {
@@ -146,46 +192,75 @@ impl Results {
         };
         let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
         let mut torn = whole.len() < text.len();
+        let columns = Row::columns()?;
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
-        let (mut rows, mut fault) = (Vec::new(), None);
-        for (number, row) in reader.deserialize::<Row>().enumerate() {
-            if let Some(fault) = fault.take() {
-                return Err(fault);
-            }
-            match row {
-                Ok(row) => rows.push(row),
+        let header = reader.headers()?.clone();
+        let is_sound = match whole {
+            // The torn beginning of the first line.
+            "" => columns.join(",").starts_with(&text),
+            _ => header.iter().eq(columns.iter()),
+        };
+        if !is_sound {
+            return Err(CliError::Failed(format!(
+                "{}:1: these are not the columns of the results of a sweep; choose another `--out`, or move the file away",
+                path.display()
+            )));
+        }
+        let fault = |line: u64, text: String| CliError::Failed(format!("{}:{line}: {text}", path.display()));
+        let remedy = "take the line out, so that the run is made again, or choose another `--out`";
+        let records: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>()?;
+        let mut results = Results { path: path.clone(), rows: Vec::new(), torn: false };
+        for (number, record) in records.iter().enumerate() {
+            let line = record.position().map_or(number as u64 + 2, csv::Position::line);
+            let row: Row = match record.deserialize(Some(&header)) {
+                Ok(row) => row,
+                // Only the last row can be torn.
+                Err(_) if number + 1 == records.len() => {
+                    torn = true;
+                    continue;
+                }
                 Err(error) => {
-                    let line = error.position().map_or(number as u64 + 2, csv::Position::line);
                     let reason = match error.kind() {
                         csv::ErrorKind::Deserialize { err, .. } => err.to_string(),
                         _ => error.to_string(),
                     };
-                    fault = Some(CliError::Failed(format!(
-                        "{}:{line}: this is no row of a sweep: {reason}; take the line out, so that the run is made \
-                         again, or choose another `--out`",
-                        path.display()
-                    )));
+                    return Err(fault(line, format!("this is no row of a sweep: {reason}; {remedy}")));
+                }
+            };
+            if let Some(text) = row.fault() {
+                return Err(fault(line, format!("{text}; {remedy}")));
+            }
+            match results.of(&row.data, &row.setting, row.seed) {
+                None => results.put(row),
+                Some(there) if (Row { seconds: there.seconds, ..row.clone() }) == *there => {}
+                Some(_) => {
+                    return Err(fault(
+                        line,
+                        format!(
+                            "there is a row of `{}`, `{}`, seed {} already, and it says something else; take one of \
+                             them out, or both, so that the run is made again",
+                            row.data, row.setting, row.seed
+                        ),
+                    ));
                 }
             }
         }
-        // Only the last row can be torn; before it there are others, or the header is another one.
-        match fault {
-            Some(fault) if rows.is_empty() && whole.lines().count() > 1 => return Err(fault),
-            Some(_) => torn = true,
-            None => {}
-        }
-        Ok(Results { path, rows, torn })
+        Ok(Results { torn, ..results })
+    }
+
+    /// Whether a folder is that of a sweep, so that what has the name of its files is its own: it has results, or a lock.
+    pub(crate) fn are_in(folder: &Path) -> bool {
+        let empty =
+            |name: &str| fs::metadata(folder.join(name)).is_ok_and(|file| file.is_file() && file.len() == 0);
+        let results = folder.join(Results::NAME);
+        // Those of something else are refused when they are read.
+        results.is_file() && !empty(Results::NAME) || empty(Lock::NAME)
     }
 
     /// Puts the results in their place as a whole, in an order in which `rank` ascends.
     pub(crate) fn write(&mut self, rank: impl Fn(&Row) -> usize) -> Result<(), CliError> {
         self.rows.sort_by_key(rank);
-        let mut csv = csv::Writer::from_writer(Vec::new());
-        for row in &self.rows {
-            csv.serialize(row)?;
-        }
-        let bytes = csv.into_inner().map_err(|e| CliError::Failed(e.to_string()))?;
-        write_file(&self.path, &bytes)
+        write_file(&self.path, &csv_of(&self.rows)?)
     }
 
     /// Where the file is.
@@ -303,7 +378,66 @@ pub(crate) mod tests {
         assert!(
             matches!(error, CliError::Failed(text) if text.contains("results.csv:2: ") && text.contains("--out"))
         );
-        fs::write(dir.path().join(Results::NAME), "image,x,y\na.png,1,2\n").expect("writable");
-        assert!(Results::read(dir.path()).is_err(), "another table");
+    }
+
+    fn refused(dir: &tempfile::TempDir, text: &str) -> String {
+        fs::write(dir.path().join(Results::NAME), text).expect("writable");
+        match Results::read(dir.path()) {
+            Err(CliError::Failed(text)) => text,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_run_counts_once() {
+        let (dir, text) = written(&[row("a", 1, 80), row("a", 2, 81)]);
+        let first = text.lines().nth(1).expect("a row");
+        fs::write(dir.path().join(Results::NAME), format!("{text}{}\n", first.replace(",0.125", ",9.5")))
+            .expect("writable");
+        let read = Results::read(dir.path()).expect("the same run");
+        assert_eq!(read.rows, [row("a", 1, 80), row("a", 2, 81)]);
+        let other = refused(&dir, &format!("{text}{}\n", first.replace(",60,30,", ",61,30,")));
+        for part in
+            ["results.csv:4: there is a row of `corridor`, `a`, seed 1 already", "take one of them out"]
+        {
+            assert!(other.contains(part), "{part}: {other}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_contradict_each_other_are_refused() {
+        let (dir, text) = written(&[row("a", 1, 80), row("a", 2, 81)]);
+        for (from, to, said) in [
+            ("80,100,0.8,0.4", "80,100,0.9,0.4", "80 of 100"),
+            ("80,100,0.8,0.4", "80,100,NaN,0.4", "80 of 100"),
+            ("80,100,0.8,0.4", "80,100,inf,0.4", "80 of 100"),
+            ("80,100,0.8,0.4", "0,0,NaN,0.4", "0 of 0"),
+            ("80,100,0.8,0.4", "101,100,1.01,0.4", "101 of 100"),
+            ("80,100,0.8,0.4", "80,100,0.8,NaN", "no share"),
+            ("80,100,0.8,0.4,,", "80,100,0.8,0.4,9,", "validation part some columns are empty"),
+        ] {
+            assert!(text.contains(from), "{text}");
+            let error = refused(&dir, &text.replacen(from, to, 1));
+            assert!(error.contains("results.csv:2: ") && error.contains(said), "{said}: {error}");
+            assert!(error.contains("take the line out"), "{error}");
+        }
+        let (dir, text) = written(&[row("a", 1, 80)]);
+        assert!(refused(&dir, &text.replace(",0.125", ",inf")).contains("seconds"), "the last row too");
+    }
+
+    #[test]
+    fn other_tables_are_no_results() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        for text in [
+            "image,x,y\na.png,1,2\n",
+            "image,x,y\na.png,1,2",
+            "image,x",
+            "image,x,y\n",
+            "data,setting,seed\n",
+        ] {
+            let error = refused(&dir, text);
+            assert!(error.contains("results.csv:1: ") && error.contains("--out"), "{text}: {error}");
+            assert_eq!(fs::read_to_string(dir.path().join(Results::NAME)).expect("there"), text);
+        }
     }
 }
