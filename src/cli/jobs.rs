@@ -18,12 +18,19 @@ pub(crate) struct Cores {
 }
 
 impl Cores {
-    /// So many runs at a time (none given: `jobs` by default) on so many threads (none given: one for each core).
+    /// So many runs at a time (none given: `default` of the threads) on so many threads (none given: one for each core).
+    /// There are no more runs at a time than threads that are given.
     pub(crate) fn new(jobs: Option<u16>, threads: Option<u16>, default: impl Fn(usize) -> usize) -> Cores {
+        let most = threads.map_or(usize::MAX, usize::from);
         let cores = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let threads = threads.map_or_else(cores, usize::from);
-        let jobs = jobs.map_or_else(|| default(threads), usize::from).max(1);
+        let jobs = jobs.map_or_else(|| default(threads), usize::from).clamp(1, most.max(1));
         Cores { jobs, threads: threads.max(jobs) }
+    }
+
+    /// The same threads for so many runs, of which there are perhaps fewer than jobs.
+    pub(crate) fn for_runs(self, runs: usize) -> Cores {
+        Cores { jobs: self.jobs.min(runs).max(1), ..self }
     }
 
     /// Threads of the runs of one job; the first jobs have one more if they cannot be shared equally.
@@ -32,7 +39,7 @@ impl Cores {
     }
 }
 
-/// Does `work` for each item in order, `cores.jobs` at a time; it is told the item and the threads it has, and gives
+/// Does `work` for each item in order, `cores.jobs` at a time, or all at once if there are fewer; it is told the item and the threads it has, and gives
 /// `None` if it was stopped. `done` is called in this thread with each result as it comes. After an error, and once
 /// `stop` is set, nothing new is begun; an error sets it.
 pub(crate) fn each<I: Sync, T: Send>(
@@ -42,11 +49,12 @@ pub(crate) fn each<I: Sync, T: Send>(
     work: impl Fn(&I, usize) -> Result<Option<T>, CliError> + Sync,
     mut done: impl FnMut(&I, T) -> Result<(), CliError>,
 ) -> Result<(), CliError> {
+    let cores = cores.for_runs(items.len());
     let next = AtomicUsize::new(0);
     let (sender, results) = mpsc::channel::<(usize, Result<Option<T>, CliError>)>();
     std::thread::scope(|scope| {
         let mut first: Option<CliError> = None;
-        for job in 0..cores.jobs.min(items.len()) {
+        for job in 0..cores.jobs {
             let (sender, next, work) = (sender.clone(), &next, &work);
             let share = move || {
                 while !stop.load(Ordering::Relaxed) {
@@ -92,8 +100,28 @@ mod tests {
         };
         assert_eq!(shares(1, 4), [4]);
         assert_eq!(shares(3, 8), [3, 3, 2]);
-        assert_eq!(shares(4, 2), [1; 4]);
+        assert_eq!(shares(4, 2), [1; 2], "as many threads as are given, and no more");
         assert_eq!(Cores::new(None, Some(6), |threads| threads).jobs, 6);
+    }
+
+    #[test]
+    fn few_runs_have_all_threads() {
+        let cores = Cores::new(None, Some(16), |threads| threads);
+        let stop = AtomicBool::new(false);
+        let mut threads = Vec::new();
+        // Each waits for the others, so that each is another job's.
+        let all = std::sync::Barrier::new(3);
+        let work = |_: &(), threads| {
+            all.wait();
+            Ok(Some(threads))
+        };
+        each(&[(); 3], cores, &stop, work, |_, of| {
+            threads.push(of);
+            Ok(())
+        })
+        .expect("nothing fails");
+        threads.sort_unstable();
+        assert_eq!(threads, [5, 5, 6]);
     }
 
     #[test]

@@ -195,12 +195,23 @@ impl<'a> Grid<'a> {
         let settings = self.cells.iter().map(|cell| &self.spec.settings[cell.setting].settings);
         let greatest = settings.map(Settings::variation).max_by_key(Variation::copies);
         let variation = greatest.unwrap_or(Variation::NONE);
-        let mut needs: Vec<Need> = cases.needs(&variation, cores.jobs).collect();
+        // Every data set has as many runs as another.
+        let runs = self.cells.len() / self.spec.data.len();
+        let mut needs: Vec<Need> = cases.needs(&variation, cores.for_runs(runs).jobs).collect();
         if variation.copies() > 0 {
             // Other settings may share the images as they are.
             needs.push(Need::of(&cases.train));
         }
         needs
+    }
+
+    /// How many sets on which programs run may keep strips at a time: that which the runs share, and one for each job
+    /// whose run alters copies.
+    pub(crate) fn strip_caches(&self, cores: Cores) -> usize {
+        let copies = |cell: &Cell| self.spec.settings[cell.setting].settings.variation().copies() > 0;
+        let altered = self.cells.iter().filter(|cell| copies(cell)).count();
+        let own = if altered > 0 { cores.jobs } else { 0 };
+        own + usize::from(altered < self.cells.len())
     }
 
     /// Says what there is to run.

@@ -14,7 +14,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use vsonar::evolve::{Lock, SharedSet};
+use vsonar::evolve::{Evolution, Lock, SharedSet};
 
 use super::cases::Cases;
 use super::executor::Choice;
@@ -152,8 +152,11 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let mut meter = Meter::start(style, work.len());
     for (number, cases) in sets.iter().enumerate() {
         let work: Vec<&Work> = work.iter().filter(|work| work.cell().data == number).collect();
+        let cores = cores.for_runs(work.len());
         let strips = (u64::from(args.strip_cache) << 20).min(rooms[number]);
         let strips = usize::try_from(strips).unwrap_or(usize::MAX);
+        // The jobs and what they share stay within it together.
+        let strips = strips / grid.strip_caches(cores);
         let share = |data| SharedSet::new(data).keep_strips(strips);
         let on = On {
             grid: &grid,
@@ -161,6 +164,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             validation: cases.validation.as_ref().map(share),
             holdout: cases.holdout.as_ref().map(share),
             executor: &executor,
+            cache: Evolution::CACHE_BYTES / cores.jobs,
             stop: &stop,
         };
         jobs::each(
@@ -251,7 +255,7 @@ fn announce(
         "{}{}{there}; {} at a time, recorded in {}\n",
         grid.spec.title.as_ref().map_or(String::new(), |title| format!("{title}\n")),
         count(grid.cells.len() as u64, "run"),
-        cores.jobs.min(work.len().max(1)),
+        cores.for_runs(work.len()).jobs,
         folder.display()
     ))
 }

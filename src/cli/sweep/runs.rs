@@ -20,6 +20,8 @@ pub(crate) struct On<'a> {
     pub(crate) validation: Option<SharedSet<'a>>,
     pub(crate) holdout: Option<SharedSet<'a>>,
     pub(crate) executor: &'a Arc<dyn Executor>,
+    /// Bytes for results of programs in each of the runs at a time.
+    pub(crate) cache: usize,
     pub(crate) stop: &'a AtomicBool,
 }
 
@@ -44,6 +46,7 @@ impl On<'_> {
         let start = Instant::now();
         let settings = self.grid.settings(cell);
         let mut evolution = Evolution::on(&self.train, settings.clone(), self.executor.clone(), threads)?;
+        evolution.limit_cache(self.cache);
         self.validation.iter().try_for_each(|set| evolution.validate_on(set))?;
         if evolution.run(self.stop, |_| ())? == StopReason::Interrupted {
             return Ok(None);
