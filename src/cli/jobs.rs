@@ -1,12 +1,16 @@
 //! Several runs at once.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
 
 use super::CliError;
 
 /// Stack of a thread that does jobs: it may walk programs as deep as they are nested.
 const STACK_BYTES: usize = 64 << 20;
+
+/// How long nothing is heard of jobs before whoever listens is told so.
+pub(crate) const IDLE: Duration = Duration::from_secs(1);
 
 /// How runs share the cores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +53,17 @@ pub(crate) fn each<I: Sync, T: Send>(
     work: impl Fn(&I, usize) -> Result<Option<T>, CliError> + Sync,
     mut done: impl FnMut(&I, T) -> Result<(), CliError>,
 ) -> Result<(), CliError> {
+    each_watched(items, cores, stop, work, |ended| ended.map_or(Ok(()), |(item, result)| done(item, result)))
+}
+
+/// The same; `told` is also called with nothing when for [`IDLE`] there was no result.
+pub(crate) fn each_watched<I: Sync, T: Send>(
+    items: &[I],
+    cores: Cores,
+    stop: &AtomicBool,
+    work: impl Fn(&I, usize) -> Result<Option<T>, CliError> + Sync,
+    mut told: impl FnMut(Option<(&I, T)>) -> Result<(), CliError>,
+) -> Result<(), CliError> {
     let cores = cores.for_runs(items.len());
     let next = AtomicUsize::new(0);
     let (sender, results) = mpsc::channel::<(usize, Result<Option<T>, CliError>)>();
@@ -73,13 +88,15 @@ pub(crate) fn each<I: Sync, T: Send>(
             }
         }
         drop(sender);
-        for (number, result) in results {
-            let told = match result {
-                Ok(Some(result)) => done(&items[number], result),
-                Ok(None) => Ok(()),
-                Err(error) => Err(error),
+        loop {
+            let ended = match results.recv_timeout(IDLE) {
+                Ok((number, Ok(Some(result)))) => told(Some((&items[number], result))),
+                Ok((_, Ok(None))) => Ok(()),
+                Ok((_, Err(error))) => Err(error),
+                Err(RecvTimeoutError::Timeout) => told(None),
+                Err(RecvTimeoutError::Disconnected) => break,
             };
-            if let Err(error) = told {
+            if let Err(error) = ended {
                 stop.store(true, Ordering::Relaxed);
                 first.get_or_insert(error);
             }
