@@ -235,6 +235,8 @@ fn the_held_out_part_is_looked_at_only_when_asked_for() {
     let text = place.ok(&["sweep", "spec.toml"]);
     assert!(text.contains("--test") && !text.contains("  held out"), "{text}");
     let before = rows(&place, file);
+    let text = place.ok(&["sweep", "spec.toml", "--test", "--dry-run"]);
+    assert!(text.contains("4 winners to test") && text.contains("0 runs to make"), "{text}");
     let text = place.ok(&["sweep", "spec.toml", "--test"]);
     assert!(text.contains("held out"), "{text}");
     let after = rows(&place, file);

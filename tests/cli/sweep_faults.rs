@@ -134,3 +134,25 @@ fn files_of_others_are_left_alone() {
     place.ok(&["sweep", "spec.toml", "--quiet"]);
     assert_eq!(place.read("sweeps/spec/spec.toml"), text);
 }
+
+#[test]
+fn faults_met_later_are_named_too() {
+    let place = Place::new();
+    let text = ["seeds = 1\n", SMALL, DATA, ONE].concat();
+    place.write("spec.toml", &text);
+    place.ok(&["sweep", "spec.toml", "--quiet"]);
+    let results = place.read("sweeps/spec/results.csv");
+    let program = results.find("(individual").expect("a program");
+    place.write(
+        "sweeps/spec/results.csv",
+        format!("{}(indivi{}", &results[..program], &results[program + 7..]),
+    );
+    let output = place.command(&["sweep", "spec.toml", "--test"]).output().expect("started");
+    let error = one_error(&output, 1);
+    for part in ["results.csv", "`made up`", "`default`", "seed 1", "take the line out"] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+    place.write("other.toml", text.replace("drive_b*", "nothing*"));
+    let error = place.fails(1, &["sweep", "other.toml"]);
+    assert!(error.contains("other.toml:10:8: data set `made up`: "), "{error}");
+}

@@ -1,5 +1,6 @@
 //! The grid of a sweep: which runs there are, which of them are there already, and which are left.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use vsonar::dataset::Variation;
@@ -15,7 +16,7 @@ use super::results::{Results, Row, settings_fingerprint};
 use super::spec::Spec;
 
 /// A run: numbers of data set and setting, and the seed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct Cell {
     pub(crate) data: usize,
     pub(crate) setting: usize,
@@ -216,15 +217,23 @@ impl<'a> Grid<'a> {
 
     /// Says what there is to run.
     pub(crate) fn list(&self, results: &Results, folder: &Path, json: bool) -> Result<(), CliError> {
-        let work = self.work(results);
-        let left = |cell: &Cell| work.iter().any(|w| matches!(w, Work::Run(c) if c == cell));
+        let (mut left, mut untested) = (HashSet::new(), HashSet::new());
+        for work in self.work(results) {
+            match work {
+                Work::Run(cell) => left.insert(cell),
+                Work::Test(cell, _) => untested.insert(cell),
+            };
+        }
         if json {
             let cells: Vec<serde_json::Value> = self
                 .cells
                 .iter()
                 .map(|cell| {
                     let (data, setting) = self.names(cell);
-                    serde_json::json!({ "data": data, "setting": setting, "seed": cell.seed, "done": !left(cell) })
+                    let (done, tests) = (!left.contains(cell), untested.contains(cell));
+                    serde_json::json!({
+                        "data": data, "setting": setting, "seed": cell.seed, "done": done, "to_test": tests,
+                    })
                 })
                 .collect();
             return output::print_json(&cells);
@@ -238,7 +247,7 @@ impl<'a> Grid<'a> {
                 if cells.is_empty() {
                     continue;
                 }
-                let left = cells.iter().filter(|cell| left(cell)).count() as u64;
+                let left = cells.iter().filter(|cell| left.contains(**cell)).count() as u64;
                 let s = &of.settings;
                 runs += left;
                 evaluations += left * u64::from(s.population) * u64::from(s.generations);
@@ -247,8 +256,12 @@ impl<'a> Grid<'a> {
                 table.row([set.name.clone(), of.name.clone(), seeds, left].into_iter().chain(sizes));
             }
         }
+        let tests = match untested.len() as u64 {
+            0 => String::new(),
+            tests => format!("{} to test on the held-out cases, ", count(tests, "winner")),
+        };
         output::print(&format!(
-            "{table}\n{} to make, at most {} and the draws of the initial filters; results in {}\n",
+            "{table}\n{tests}{} to make, at most {} and the draws of the initial filters; results in {}\n",
             count(runs, "run"),
             count(evaluations, "individual"),
             folder.display()

@@ -31,6 +31,9 @@ use runs::On;
 use spec::Spec;
 pub(crate) use view::Meter;
 
+/// The copy of the file in the folder of results.
+const COPY: &str = "spec.toml";
+
 /// The folder that folders of results are made in.
 const SWEEPS: &str = "sweeps";
 
@@ -119,7 +122,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         return grid.list(&results, &folder, args.json);
     }
     spec.data.iter().try_for_each(there)?;
-    let sets: Vec<Cases> = spec.data.iter().map(|data| data.source.load()).collect::<Result<_, _>>()?;
+    let sets: Vec<Cases> = spec.data.iter().map(load).collect::<Result<_, _>>()?;
     grid.check_data(&results, &sets)?;
     let executor = args.executor.make()?;
     let cores = Cores::new(args.jobs, args.threads, |threads| threads);
@@ -127,7 +130,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         .iter()
         .map(|cases| args.memory.check_needs(grid.needs(cases, cores)))
         .collect::<Result<_, _>>()?;
-    let copy = folder.join("spec.toml");
+    let copy = folder.join(COPY);
     if copy.symlink_metadata().is_ok() && !Results::are_in(&folder) {
         let text = "is there, and the folder is not that of a sweep, which would write this file; choose another `--out`";
         return Err(CliError::Failed(format!("{}: {text}", copy.display())));
@@ -149,6 +152,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let style = Style::of(args.quiet, args.json);
     let work = grid.work(&results);
     announce(&grid, &results, &work, &folder, cores, &args, style)?;
+    let path = results.path().to_path_buf();
     let mut meter = Meter::start(style, work.len());
     for (number, cases) in sets.iter().enumerate() {
         let work: Vec<&Work> = work.iter().filter(|work| work.cell().data == number).collect();
@@ -164,21 +168,26 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             validation: cases.validation.as_ref().map(share),
             holdout: cases.holdout.as_ref().map(share),
             executor: &executor,
+            results: &path,
             cache: Evolution::CACHE_BYTES / cores.jobs,
             stop: &stop,
         };
-        jobs::each(
+        let made = jobs::each_watched(
             &work,
             cores,
             &stop,
             |work, threads| on.work(work, threads),
-            |_, row: Row| {
+            |ended: Option<(_, Row)>| {
+                let Some((_, row)) = ended else { return results.write_at_times(|row| grid.rank(row)) };
                 let line = report::line(&row, grid.spec.test);
                 results.put(row);
-                results.write(|row| grid.rank(row))?;
+                results.write_at_times(|row| grid.rank(row))?;
                 meter.end(&line)
             },
-        )?;
+        );
+        // However it ended, what was made is kept.
+        let written = results.write(|row| grid.rank(row));
+        made.and(written)?;
     }
     drop(meter);
     if stop.load(Ordering::Relaxed) {
@@ -229,6 +238,16 @@ fn there(data: &spec::DataSet) -> Result<(), CliError> {
         ))),
         _ => Ok(()),
     }
+}
+
+/// The cases of a data set.
+fn load(data: &spec::DataSet) -> Result<Cases, CliError> {
+    let of = |text: String| format!("{}: data set `{}`: {text}", data.place, data.name);
+    data.source.load().map_err(|error| match error {
+        CliError::Failed(text) => CliError::Failed(of(text)),
+        CliError::Usage(text) => CliError::Usage(of(text)),
+        other => other,
+    })
 }
 
 /// Says what is going to happen.

@@ -1,13 +1,17 @@
 //! The results of a sweep: a row of `results.csv` for each run.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
-use vsonar::evolve::{Lock, Score, Settings};
+use vsonar::evolve::{Collapse, Lock, Score, Settings};
 
 use super::super::CliError;
+use super::super::jobs::IDLE;
 use super::super::output::write_file;
 
 /// A run. What is said of a part of the data is empty where there is no such part, or it was not looked at.
@@ -40,6 +44,9 @@ pub(crate) struct Row {
     pub(crate) fresh: u64,
     pub(crate) nodes: u64,
     pub(crate) generation_of_best: u32,
+    /// How the run has collapsed, if it has; earlier releases did not tell.
+    #[serde(default)]
+    pub(crate) warning: Option<Collapse>,
     /// The winner, as program text in one line.
     pub(crate) program: String,
     /// Last, for it is the one column that differs from one sweep to the next.
@@ -113,11 +120,6 @@ impl Row {
         }
     }
 
-    /// Whether it is the row of this cell.
-    pub(crate) fn is_of(&self, data: &str, setting: &str, seed: u64) -> bool {
-        self.seed == seed && self.data == data && self.setting == setting
-    }
-
     /// The names of the columns.
     fn columns() -> Result<Vec<String>, CliError> {
         let bytes = csv_of([&Row::default()])?;
@@ -172,6 +174,11 @@ pub(crate) fn settings_fingerprint(settings: &Settings) -> String {
 pub(crate) struct Results {
     path: PathBuf,
     pub(crate) rows: Vec<Row>,
+    /// The places of the rows, by data set, setting and seed.
+    places: HashMap<(String, String, u64), usize>,
+    /// Whether there are rows that are not in the file.
+    unsaved: bool,
+    saved: Option<Instant>,
     /// Whether the last row was torn, and is left out.
     pub(crate) torn: bool,
 }
@@ -193,12 +200,13 @@ impl Results {
         let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
         let mut torn = whole.len() < text.len();
         let columns = Row::columns()?;
+        let earlier: Vec<String> = columns.iter().filter(|&name| name != "warning").cloned().collect();
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
         let header = reader.headers()?.clone();
         let is_sound = match whole {
             // The torn beginning of the first line.
-            "" => columns.join(",").starts_with(&text),
-            _ => header.iter().eq(columns.iter()),
+            "" => [&columns, &earlier].iter().any(|columns| columns.join(",").starts_with(&text)),
+            _ => header.iter().eq(columns.iter()) || header.iter().eq(earlier.iter()),
         };
         if !is_sound {
             return Err(CliError::Failed(format!(
@@ -209,7 +217,14 @@ impl Results {
         let fault = |line: u64, text: String| CliError::Failed(format!("{}:{line}: {text}", path.display()));
         let remedy = "take the line out, so that the run is made again, or choose another `--out`";
         let records: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>()?;
-        let mut results = Results { path: path.clone(), rows: Vec::new(), torn: false };
+        let mut results = Results {
+            path: path.clone(),
+            rows: Vec::new(),
+            places: HashMap::new(),
+            unsaved: false,
+            saved: None,
+            torn: false,
+        };
         for (number, record) in records.iter().enumerate() {
             let line = record.position().map_or(number as u64 + 2, csv::Position::line);
             let row: Row = match record.deserialize(Some(&header)) {
@@ -245,7 +260,7 @@ impl Results {
                 }
             }
         }
-        Ok(Results { torn, ..results })
+        Ok(Results { torn, unsaved: false, ..results })
     }
 
     /// Whether a folder is that of a sweep, so that what has the name of its files is its own: it has results, or a lock.
@@ -257,10 +272,23 @@ impl Results {
         results.is_file() && !empty(Results::NAME) || empty(Lock::NAME)
     }
 
-    /// Puts the results in their place as a whole, in an order in which `rank` ascends.
+    /// Puts the results in their place as a whole, in an order in which `rank` ascends, if there are new ones.
     pub(crate) fn write(&mut self, rank: impl Fn(&Row) -> usize) -> Result<(), CliError> {
-        self.rows.sort_by_key(rank);
-        write_file(&self.path, &csv_of(&self.rows)?)
+        if self.unsaved {
+            let mut rows: Vec<&Row> = self.rows.iter().collect();
+            rows.sort_by_cached_key(|row| rank(row));
+            write_file(&self.path, &csv_of(rows)?)?;
+            (self.unsaved, self.saved) = (false, Some(Instant::now()));
+        }
+        Ok(())
+    }
+
+    /// The same, but at most once a second, for the file is written anew each time.
+    pub(crate) fn write_at_times(&mut self, rank: impl Fn(&Row) -> usize) -> Result<(), CliError> {
+        match self.saved {
+            Some(saved) if saved.elapsed() < IDLE => Ok(()),
+            _ => self.write(rank),
+        }
     }
 
     /// Where the file is.
@@ -270,24 +298,31 @@ impl Results {
 
     /// The row of a cell.
     pub(crate) fn of(&self, data: &str, setting: &str, seed: u64) -> Option<&Row> {
-        self.rows.iter().find(|row| row.is_of(data, setting, seed))
+        let place = self.places.get(&(data.to_string(), setting.to_string(), seed))?;
+        self.rows.get(*place)
     }
 
     /// Takes up a row, in the place of an earlier one of the same cell.
     pub(crate) fn put(&mut self, row: Row) {
-        match self.rows.iter_mut().find(|old| old.is_of(&row.data, &row.setting, row.seed)) {
-            Some(old) => *old = row,
-            None => self.rows.push(row),
+        self.unsaved = true;
+        match self.places.entry((row.data.clone(), row.setting.clone(), row.seed)) {
+            Entry::Occupied(place) => self.rows[*place.get()] = row,
+            Entry::Vacant(place) => {
+                place.insert(self.rows.len());
+                self.rows.push(row);
+            }
         }
     }
 
-    /// Removes what writers that were killed have left behind. To be called by the process that holds the lock.
+    /// Removes what writers that were killed have left behind in the folder of results, or another one of a sweep. To
+    /// be called by the process that holds the lock.
     pub(crate) fn remove_leftovers(folder: &Path) {
         let Ok(entries) = fs::read_dir(folder) else { return };
         for entry in entries.flatten() {
             let name = entry.file_name();
             let name = name.to_string_lossy();
-            if name.starts_with(&format!(".{}.", Results::NAME)) && name.ends_with(".tmp") {
+            let ours = |of: &str| name.starts_with(&format!(".{of}."));
+            if (ours(Results::NAME) || ours(super::COPY)) && name.ends_with(".tmp") {
                 // One that cannot be removed does no harm.
                 let _ = fs::remove_file(entry.path());
             }
@@ -325,6 +360,7 @@ pub(crate) mod tests {
             fresh: 30,
             nodes: 12,
             generation_of_best: 2,
+            warning: None,
             program: "(individual (iterate-up 3x3 x-obstacle (set-a y)))".into(),
             seconds: 0.125,
         }
@@ -349,6 +385,67 @@ pub(crate) mod tests {
         assert_eq!((read.rows.clone(), read.torn), (vec![tested.clone(), row("a", 7, 81)], false));
         assert_eq!(read.of("corridor", &tested.setting, 1), Some(&tested));
         assert_eq!(read.of("street", &tested.setting, 1), None);
+    }
+
+    #[test]
+    fn results_are_written_at_times() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let mut results = Results::read(dir.path()).expect("none yet");
+        let rank = |row: &Row| row.seed as usize;
+        let saved = || Results::read(dir.path()).expect("sound").rows.len();
+        results.put(row("a", 2, 80));
+        results.write_at_times(rank).expect("writable");
+        assert_eq!(saved(), 1, "the first is at once");
+        for seed in 3..9 {
+            results.put(row("a", seed, 80));
+            results.saved = Some(Instant::now());
+            results.write_at_times(rank).expect("writable");
+        }
+        assert_eq!(saved(), 1);
+        results.saved = Instant::now().checked_sub(IDLE);
+        results.write_at_times(rank).expect("writable");
+        assert_eq!(saved(), 7, "a second later all are");
+        results.put(row("a", 1, 80));
+        results.write(rank).expect("writable");
+        let rows = Results::read(dir.path()).expect("sound").rows;
+        assert_eq!(rows.iter().map(|row| row.seed).collect::<Vec<_>>(), [1, 2, 3, 4, 5, 6, 7, 8]);
+        fs::remove_file(dir.path().join(Results::NAME)).expect("there");
+        results.write(rank).expect("nothing to do");
+        assert!(!dir.path().join(Results::NAME).exists(), "nothing is new");
+    }
+
+    #[test]
+    fn results_of_earlier_releases_are_read() {
+        let collapsed = Row { warning: Some(Collapse::Converged), ..row("a", 2, 81) };
+        let (dir, text) = written(&[row("a", 1, 80), collapsed.clone()]);
+        assert_eq!(Results::read(dir.path()).expect("sound").rows, [row("a", 1, 80), collapsed]);
+        let path = dir.path().join(Results::NAME);
+        assert!(
+            text.contains(",generation_of_best,warning,program,") && text.contains(",2,converged,("),
+            "{text}"
+        );
+        let earlier =
+            text.replacen(",warning,", ",", 1).replace(",2,,(", ",2,(").replace(",2,converged,(", ",2,(");
+        for (end, rows) in
+            [(earlier.len(), 2), (earlier.len() - 3, 1), (earlier.find("seconds").expect("there"), 0)]
+        {
+            fs::write(&path, &earlier[..end]).expect("writable");
+            let read = Results::read(dir.path()).expect("of an earlier release");
+            assert_eq!(read.rows, [row("a", 1, 80), row("a", 2, 81)][..rows], "{end}");
+        }
+    }
+
+    #[test]
+    fn leftovers_of_killed_writers_are_removed() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        for name in [".results.csv.12.tmp", ".spec.toml.12.tmp", ".other.12.tmp", "results.csv.12.tmp"] {
+            fs::write(dir.path().join(name), "").expect("writable");
+        }
+        Results::remove_leftovers(dir.path());
+        let left = fs::read_dir(dir.path()).expect("there").map(|entry| entry.expect("readable").file_name());
+        let mut left: Vec<_> = left.collect();
+        left.sort();
+        assert_eq!(left, [".other.12.tmp", "results.csv.12.tmp"]);
     }
 
     #[test]

@@ -34,6 +34,8 @@ pub(crate) struct Spec {
 #[derive(Debug, Clone)]
 pub(crate) struct DataSet {
     pub(crate) name: String,
+    /// File, line and column of the name.
+    pub(crate) place: String,
     pub(crate) source: Source,
 }
 
@@ -183,7 +185,8 @@ fn data(file: &File<'_>, path: &Path, raw: Vec<Spanned<RawData>>) -> Result<Vec<
                 file.fault(spanned.span().start, format!("there are two data sets `{name}`; rename one"))
             );
         }
-        all.push(DataSet { name, source: source.named_in(path)? });
+        let place = file.place(spanned.span().start);
+        all.push(DataSet { name, place, source: source.named_in(path)? });
     }
     Ok(all)
 }
