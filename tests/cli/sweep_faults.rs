@@ -88,10 +88,13 @@ fn results_are_never_mixed() {
     place.write("spec.toml", ["seeds = 1\n", SMALL, DATA, ONE].concat());
     place.ok(&["sweep", "spec.toml", "--quiet"]);
     // Other settings of the same name; the number of generations is one too.
-    for (from, to) in [("population = 40", "population = 41"), ("generations = 3", "generations = 4")] {
+    for (from, to, told) in [
+        ("population = 40", "population = 41", "`population` was 40, now 41"),
+        ("generations = 3", "generations = 4", "`generations` was 3, now 4"),
+    ] {
         place.write("spec.toml", ["seeds = 1\n", &SMALL.replace(from, to), DATA, ONE].concat());
         let error = place.fails(1, &["sweep", "spec.toml"]);
-        for part in ["results.csv", "`default`", "seed 1", "--out"] {
+        for part in ["results.csv", "`default`", "seed 1", "--out", told] {
             assert!(error.contains(part), "{part}: {error}");
         }
     }
@@ -145,7 +148,7 @@ fn faults_met_later_are_named_too() {
     let program = results.find("(individual").expect("a program");
     place.write(
         "sweeps/spec/results.csv",
-        format!("{}(indivi{}", &results[..program], &results[program + 7..]),
+        format!("{}(individuum{}", &results[..program], &results[program + 11..]),
     );
     let output = place.command(&["sweep", "spec.toml", "--test"]).output().expect("started");
     let error = one_error(&output, 1);

@@ -1,6 +1,6 @@
 //! The grid of a sweep: which runs there are, which of them are there already, and which are left.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
 
 use vsonar::dataset::Variation;
@@ -12,7 +12,9 @@ use super::super::jobs::Cores;
 use super::super::memory::Need;
 use super::super::output::{self, count};
 use super::super::table::Table;
+use super::recorded;
 use super::results::{Results, Row, settings_fingerprint};
+use super::settings::Setting;
 use super::spec::Spec;
 
 /// A run: numbers of data set and setting, and the seed.
@@ -88,6 +90,12 @@ impl<'a> Grid<'a> {
         Ok(Grid { spec, cells })
     }
 
+    /// The settings that are asked for.
+    pub(crate) fn asked(&self) -> impl Iterator<Item = &Setting> {
+        let asked: BTreeSet<usize> = self.cells.iter().map(|cell| cell.setting).collect();
+        asked.into_iter().map(|number| &self.spec.settings[number])
+    }
+
     /// The settings of a run.
     pub(crate) fn settings(&self, cell: &Cell) -> Settings {
         Settings { seed: cell.seed, ..self.spec.settings[cell.setting].settings.clone() }
@@ -129,11 +137,14 @@ impl<'a> Grid<'a> {
         for row in &results.rows {
             let Some(cell) = self.cell(row) else { continue };
             if row.settings_fingerprint != settings_fingerprint(&self.settings(&cell)) {
-                return Err(self.stale(
-                    results,
-                    row,
-                    &format!("the setting `{}` was another one then", row.setting),
-                ));
+                let folder = results.path().parent().unwrap_or(Path::new(""));
+                let differences = recorded::differences(folder, &self.spec.settings[cell.setting]);
+                let differences = match &differences[..] {
+                    [] => String::new(),
+                    some => format!(" ({})", some.join(", ")),
+                };
+                let text = format!("the setting `{}` was another one then{differences}", row.setting);
+                return Err(self.stale(results, row, &text));
             }
         }
         Ok(())

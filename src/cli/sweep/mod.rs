@@ -1,6 +1,7 @@
 //! `vsonar sweep`: settings and seeds as a grid of runs, which can be interrupted, and what they come to.
 
 mod cells;
+mod recorded;
 mod report;
 mod results;
 mod runs;
@@ -55,7 +56,7 @@ A file has `title`, `seeds` (\"1-10\"), `baseline` (the setting that the others 
 from the file) or [data.synthetic]; [settings] for all; tables [[setting]] with a name and any keys of settings.toml, `preset`,
 and `edit_nodes` (as `--nodes`); and [grid], whose axes are lists of values: \"selection.tournament\" = [3, 7].
 
-The folder of results holds results.csv, a row for each run, and spec.toml. A run that has its row there is not made
+The folder of results holds results.csv, a row for each run, spec.toml, and settings/ with all fields of each setting. A run that has its row there is not made
 again, so a sweep that was stopped goes on with the same command.";
 
 /// Run settings and seeds as a grid, and compare them
@@ -130,10 +131,13 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         .iter()
         .map(|cases| args.memory.check_needs(grid.needs(cases, cores)))
         .collect::<Result<_, _>>()?;
-    let copy = folder.join(COPY);
-    if copy.symlink_metadata().is_ok() && !Results::are_in(&folder) {
-        let text = "is there, and the folder is not that of a sweep, which would write this file; choose another `--out`";
-        return Err(CliError::Failed(format!("{}: {text}", copy.display())));
+    if !Results::are_in(&folder) {
+        for path in [COPY, recorded::FOLDER].map(|name| folder.join(name)) {
+            if path.symlink_metadata().is_ok() {
+                let text = "is there, and the folder is not that of a sweep, which would write it; choose another `--out`";
+                return Err(CliError::Failed(format!("{}: {text}", path.display())));
+            }
+        }
     }
     fs::create_dir_all(&folder).map_err(|e| CliError::file(&folder, "make the folder", &e))?;
     let lock = Lock::take(&folder).map_err(|e| CliError::file(&folder, "lock the folder", &e))?;
@@ -142,12 +146,13 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             "another process is writing this folder; wait until it has ended, or choose another `--out`";
         return Err(CliError::Failed(format!("{}: {text}", folder.display())));
     };
-    Results::remove_leftovers(&folder);
+    Results::remove_leftovers(&folder, |name| [Results::NAME, COPY].contains(&name));
     // Again, now that nobody else writes it.
     let mut results = Results::read(&folder)?;
     grid.check_settings(&results)?;
     grid.check_data(&results, &sets)?;
-    write_file(&copy, spec.text.as_bytes())?;
+    write_file(&folder.join(COPY), spec.text.as_bytes())?;
+    recorded::write(&folder, grid.asked())?;
     let stop = interrupt::stop_flag()?;
     let style = Style::of(args.quiet, args.json);
     let work = grid.work(&results);

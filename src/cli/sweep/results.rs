@@ -314,15 +314,16 @@ impl Results {
         }
     }
 
-    /// Removes what writers that were killed have left behind in the folder of results, or another one of a sweep. To
-    /// be called by the process that holds the lock.
-    pub(crate) fn remove_leftovers(folder: &Path) {
+    /// Removes what writers that were killed have left behind of files in a folder, by their names. To be called by the
+    /// process that holds the lock.
+    pub(crate) fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) {
         let Ok(entries) = fs::read_dir(folder) else { return };
         for entry in entries.flatten() {
             let name = entry.file_name();
             let name = name.to_string_lossy();
-            let ours = |of: &str| name.starts_with(&format!(".{of}."));
-            if (ours(Results::NAME) || ours(super::COPY)) && name.ends_with(".tmp") {
+            // `.NAME.PROCESS.tmp`
+            let written = name.strip_prefix('.').and_then(|name| name.strip_suffix(".tmp"));
+            if written.and_then(|name| name.rsplit_once('.')).is_some_and(|(name, _)| is_ours(name)) {
                 // One that cannot be removed does no harm.
                 let _ = fs::remove_file(entry.path());
             }
@@ -441,7 +442,7 @@ pub(crate) mod tests {
         for name in [".results.csv.12.tmp", ".spec.toml.12.tmp", ".other.12.tmp", "results.csv.12.tmp"] {
             fs::write(dir.path().join(name), "").expect("writable");
         }
-        Results::remove_leftovers(dir.path());
+        Results::remove_leftovers(dir.path(), |name| [Results::NAME, super::super::COPY].contains(&name));
         let left = fs::read_dir(dir.path()).expect("there").map(|entry| entry.expect("readable").file_name());
         let mut left: Vec<_> = left.collect();
         left.sort();
