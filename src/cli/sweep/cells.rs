@@ -13,7 +13,8 @@ use super::super::memory::Need;
 use super::super::output::{self, count};
 use super::super::table::Table;
 use super::recorded;
-use super::results::{Results, Row, settings_fingerprint};
+use super::results::Results;
+use super::row::{Row, settings_fingerprint};
 use super::settings::Setting;
 use super::spec::Spec;
 

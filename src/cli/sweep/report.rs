@@ -8,7 +8,7 @@ use vsonar::statistics::{A12, Magnitude, Quartiles, a12, holm, rank_sum};
 
 use super::super::output::{duration, grouped, percent};
 use super::super::table::Table;
-use super::results::{Part, Row};
+use super::row::{Part, Row};
 
 /// The report, as text and as JSON.
 #[derive(Debug, Serialize)]

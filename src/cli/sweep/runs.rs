@@ -12,7 +12,7 @@ use vsonar::tree::Individual;
 
 use super::super::CliError;
 use super::cells::{Cell, Grid, Work};
-use super::results::{Part, PartScore, Row, settings_fingerprint};
+use super::row::{Part, PartScore, Row, settings_fingerprint};
 
 /// What the runs on a data set work with.
 pub(crate) struct On<'a> {

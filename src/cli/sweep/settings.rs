@@ -11,7 +11,7 @@ use vsonar::tree::Creator;
 use super::super::CliError;
 use super::super::output::grouped;
 use super::super::settings::nested;
-use super::results::settings_fingerprint;
+use super::row::settings_fingerprint;
 use super::spec::{File, checked_name};
 
 /// The most settings of a sweep, all points of the grid counted.
