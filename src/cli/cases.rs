@@ -76,7 +76,7 @@ impl Cases {
     pub(crate) fn needs(&self, variation: &Variation, runs: usize) -> impl Iterator<Item = Need> {
         let others = self.validation.iter().chain(&self.holdout);
         let own = if variation.copies() > 0 { runs.max(1) } else { 1 };
-        (0..own).map(|_| Need::grown(&self.train, variation)).chain(others.map(Need::of))
+        std::iter::once(Need::grown(&self.train, variation).times(own)).chain(others.map(Need::of))
     }
 }
 

@@ -28,6 +28,8 @@ pub(crate) struct MemoryArgs {
 pub(crate) struct Need {
     bytes: u64,
     images: String,
+    /// How many runs at a time need it, each for itself.
+    times: u64,
 }
 
 impl Need {
@@ -44,7 +46,12 @@ impl Need {
             number += &format!(" with {} altered copies", grouped(images * u64::from(variation.copies())));
         }
         let images = format!("{number} of {} x {} pixels", set.width(), set.height());
-        Need { bytes: variation.memory_needed(set), images }
+        Need { bytes: variation.memory_needed(set), images, times: 1 }
+    }
+
+    /// The same for each of so many runs at a time.
+    pub(crate) fn times(self, runs: usize) -> Need {
+        Need { times: runs as u64, ..self }
     }
 }
 
@@ -58,17 +65,23 @@ impl MemoryArgs {
     /// The same for sets of which some are to grow.
     pub(crate) fn check_needs(self, needs: impl IntoIterator<Item = Need>) -> Result<u64, CliError> {
         let limit = self.memory.unwrap_or_else(|| default_limit(physical_memory()));
-        let (mut need, mut images) = (0u64, Vec::new());
+        let (mut need, mut images, mut fewer) = (0u64, Vec::new(), "");
         for one in needs {
-            need = need.saturating_add(one.bytes);
-            images.push(one.images);
+            need = need.saturating_add(one.bytes.saturating_mul(one.times));
+            images.push(match one.times {
+                1 => one.images,
+                times => {
+                    fewer = "ask for fewer `--jobs`, ";
+                    format!("{} for each of {times} runs at a time", one.images)
+                }
+            });
         }
         if need <= limit {
             return Ok(limit - need);
         }
         let need = thousandths(need).ceil() / 1000.0;
         Err(CliError::Failed(format!(
-            "about {need} GiB of memory are needed for {}, but the limit is {} GiB; scale the images down (half the \
+            "about {need} GiB of memory are needed for {}, but the limit is {} GiB; {fewer}scale the images down (half the \
              width and height need a quarter), use fewer images, or raise the limit with `--memory {need}`",
             images.join(" and "),
             thousandths(limit).floor() / 1000.0,
@@ -157,6 +170,16 @@ mod tests {
         let grown = Dataset::new("four", four, cases).expect("sound").memory_needed() + 3 * 64 * 48;
         let check = |memory| MemoryArgs { memory: Some(memory) }.check_needs([Need::grown(&set, &variation)]);
         assert!(check(grown - 1).is_err() && check(grown).is_ok(), "as four images, three of them new");
+        let eight = |memory| {
+            let needs = [Need::grown(&set, &variation).times(8), Need::of(&set)];
+            MemoryArgs { memory: Some(memory) }.check_needs(needs)
+        };
+        let all = 8 * variation.memory_needed(&set) + need;
+        assert!(eight(all).is_ok(), "each for itself");
+        let Err(CliError::Failed(refusal)) = eight(all - 1) else { panic!("that is too little") };
+        assert_eq!(refusal.matches("pixels").count(), 2, "{refusal}");
+        assert!(refusal.contains("pixels for each of 8 runs at a time and 1 image of"), "{refusal}");
+        assert!(refusal.contains("fewer `--jobs`") && !text.contains("--jobs"), "{refusal}");
         let advised = text.split("--memory ").nth(1).expect("a remedy").trim_end_matches('`');
         assert_eq!(refused(&[&set], gib(advised).expect("a number")), None);
     }

@@ -53,9 +53,6 @@ pub enum StopReason {
     Interrupted,
 }
 
-/// Bytes of programs whose results are remembered, unless it is said otherwise.
-const CACHE_BYTES: usize = 256 << 20;
-
 /// A run of evolution.
 ///
 /// It is a pure function of settings and training data: threads, executor and interruptions change nothing but
@@ -151,7 +148,7 @@ impl Evolution {
         Ok(Evolution {
             creator,
             variation: Variation::new(&settings)?,
-            evaluator: Evaluator::new(executor, threads, cases.len(), CACHE_BYTES)?,
+            evaluator: Evaluator::new(executor, threads, cases.len(), Evolution::CACHE_BYTES)?,
             cases,
             origin: Origin { settings: settings.fingerprint(), data },
             settings,
@@ -235,8 +232,10 @@ impl Evolution {
         self.cases.keep_strips(bytes);
     }
 
-    /// Bounds the memory for results of programs that were run (256 MiB unless it is said here), and forgets
-    /// those there are. It changes nothing but the time the run takes.
+    /// Bytes for results of programs that were run, unless [`Evolution::limit_cache`] says otherwise.
+    pub const CACHE_BYTES: usize = 256 << 20;
+
+    /// Bounds the memory for results of programs that were run, and forgets those there are. It changes nothing but the time the run takes.
     pub fn limit_cache(&mut self, bytes: usize) {
         self.evaluator.limit_cache(self.cases.len(), bytes);
     }

@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
+use rayon::prelude::*;
+
 use super::cases::Cases;
 use super::evaluate::{EvaluateError, Evaluator};
 use super::run::Score;
@@ -9,12 +11,13 @@ use super::settings::Settings;
 use crate::dataset::Dataset;
 use crate::exec::Executor;
 use crate::tree::Individual;
-use crate::vision::CaseSet;
+use crate::vision::{CaseSet, Lane, WindowSums};
 
 /// A data set whose planes, window sums and strips are prepared once, at the first use, for all runs on it, one after
 /// the other or at the same time. It changes no result, only the time and the memory that runs take.
 ///
-/// A run with augmentation shares nothing, for its altered copies depend on its seed.
+/// A run with augmentation shares the window sums of the images as they are; all else is its own, for its altered copies
+/// depend on its seed.
 ///
 /// ```
 /// use std::sync::{Arc, atomic::AtomicBool};
@@ -87,9 +90,22 @@ impl<'a> SharedSet<'a> {
             return (self.cases(settings.tolerance), self.fingerprint());
         }
         let grown = variation.grow(self.data, settings.seed);
-        let set = Arc::new(grown.case_set());
+        let set = Arc::new(self.grown_set(&grown));
         set.keep_strips(self.strip_bytes);
         (Cases::grown(&grown, self.data, set, settings.tolerance), grown.fingerprint())
+    }
+
+    /// What [`Dataset::case_set`] makes of a set that was grown from this one by altered copies, which come after the
+    /// images as they are.
+    fn grown_set(&self, grown: &Dataset) -> CaseSet {
+        let shared = self.set().images();
+        let copies: Vec<_> = grown.images()[shared.len()..]
+            .par_iter()
+            .map(|image| Arc::new(WindowSums::new(&image.pixels)))
+            .collect();
+        let lanes =
+            grown.cases().iter().map(|case| Lane { image: case.image as u32, column: case.x }).collect();
+        CaseSet::new([shared, &copies].concat(), lanes).expect("images of one size, cases inside them")
     }
 
     /// The cases as they are.
@@ -111,5 +127,40 @@ impl<'a> SharedSet<'a> {
         let cases = self.cases(tolerance);
         let evaluator = Evaluator::new(executor, 1, cases.len(), 0)?;
         Ok(Score::of(&evaluator.score(individual, &cases)?.outcome.solved))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vsonar_ir::Rect;
+
+    use super::*;
+    use crate::world::Corridor;
+
+    #[test]
+    fn altered_runs_share_the_images_as_they_are() {
+        let data = Corridor { width: 64, height: 48, ..Corridor::default() }.render(1, 3).expect("possible");
+        let shared = SharedSet::new(&data);
+        let settings = |seed| Settings { seed, ..Settings::default_preset() };
+        let variation = settings(1).variation();
+        assert!(variation.copies() > 0);
+        let sets = [1, 2].map(|seed| {
+            let (cases, fingerprint) = shared.training(&settings(seed));
+            let grown = variation.grow(&data, seed);
+            assert_eq!(fingerprint, grown.fingerprint());
+            let alone = grown.case_set();
+            assert_eq!(cases.set().lanes(), alone.lanes());
+            let values = |set: &CaseSet| -> Vec<u32> {
+                let rects = Rect::all().flat_map(|rect| (0..set.groups()).map(move |group| (rect, group)));
+                let bits = |(rect, group)| set.x_obstacle_arena(rect, group).iter().map(|v| v.to_bits());
+                rects.flat_map(bits).collect()
+            };
+            assert!(values(cases.set()) == values(&alone), "seed {seed}");
+            cases
+        });
+        let images = shared.cases(1.0);
+        for (number, image) in images.set().images().iter().enumerate() {
+            assert!(sets.iter().all(|cases| Arc::ptr_eq(image, &cases.set().images()[number])), "{number}");
+        }
     }
 }

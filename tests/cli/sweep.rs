@@ -241,6 +241,8 @@ fn the_held_out_part_is_looked_at_only_when_asked_for() {
     let text = place.ok(&["sweep", "spec.toml"]);
     assert!(text.contains("--test") && !text.contains("  held out"), "{text}");
     let before = rows(&place, file);
+    let text = place.ok(&["sweep", "spec.toml", "--test", "--dry-run"]);
+    assert!(text.contains("4 winners to test") && text.contains("0 runs to make"), "{text}");
     let text = place.ok(&["sweep", "spec.toml", "--test"]);
     assert!(text.contains("held out"), "{text}");
     let after = rows(&place, file);
@@ -343,6 +345,8 @@ fn ctrl_c_keeps_what_is_done() {
     assert!(said.contains("of 12 runs saved") && said.contains("vsonar sweep spec.toml"), "{said}");
     let saved = rows(&place, "sweeps/spec/results.csv").len();
     assert!((1..12).contains(&saved), "{saved}");
+    let told = String::from_utf8(output.stdout).expect("UTF-8");
+    assert_eq!(told.lines().filter(|line| line.contains("/12: ")).count(), saved, "{told}");
     place.ok(&["sweep", "spec.toml", "--quiet"]);
     let fresh = |mut rows: Vec<BTreeMap<String, String>>| {
         // The walker runs every individual.

@@ -10,6 +10,9 @@ fn faults_of_the_file_are_named_with_place_and_remedy() {
     let sound = [SMALL, DATA, ONE].concat();
     let place = Place::new();
     let after = |text: &str| format!("{sound}{text}");
+    // 100 to the power of 10 points, which no machine can count.
+    let values = (2..102).map(|i| i.to_string()).collect::<Vec<_>>().join(", ");
+    let large: String = (0..10).map(|i| format!("axis_{i} = [{values}]\n")).collect();
     for (text, line, said) in [
         ("seeds = [".to_string(), 1, "sweep --help"),
         (format!("sedes = 1\n{sound}"), 1, "unknown field `sedes`"),
@@ -34,6 +37,20 @@ fn faults_of_the_file_are_named_with_place_and_remedy() {
         (after("[grid]\n\"selection.tournament\" = 3\n"), 17, "list"),
         (after("[grid]\n\"selection.tournament\" = [3, 0]\n"), 17, "`selection.tournament`"),
         (after("[grid]\nseed = [3, 0]\n"), 17, "seed"),
+        (after("[[setting]]\nname = \"x\"\n"), 16, "`default` and `x` are the same settings"),
+        (after("[[setting]]\nname = \"x\"\nselection.kind = \"lexicase\"\n"), 16, "`default` and `x`"),
+        (
+            after("[grid]\n\"filter.max_draws\" = [3, 4]\n\"filter.enabled\" = [true, true]\n"),
+            14,
+            "`default, filter.max_draws=3, filter.enabled=true`",
+        ),
+        (after("[grid]\nfilter.max_draws = [3]\n\"filter.max_draws\" = [4]\n"), 18, "one list"),
+        (after(&("[grid]\n".to_string() + &large)), 17, "10,000"),
+        (
+            format!("baseline = \"default\"\n{sound}[grid]\n\"selection.tournament\" = [3, 4]\n"),
+            1,
+            "`default, selection.tournament=3`; `default, selection.tournament=4`",
+        ),
         (sound.replace("[settings]", "[settings]\npreset = \"paper\""), 2, "above"),
         (sound.replace("tolerance = 10", "tolerance = \"3\""), 2, "string"),
     ] {
@@ -71,10 +88,13 @@ fn results_are_never_mixed() {
     place.write("spec.toml", ["seeds = 1\n", SMALL, DATA, ONE].concat());
     place.ok(&["sweep", "spec.toml", "--quiet"]);
     // Other settings of the same name; the number of generations is one too.
-    for (from, to) in [("population = 40", "population = 41"), ("generations = 3", "generations = 4")] {
+    for (from, to, told) in [
+        ("population = 40", "population = 41", "`population` was 40, now 41"),
+        ("generations = 3", "generations = 4", "`generations` was 3, now 4"),
+    ] {
         place.write("spec.toml", ["seeds = 1\n", &SMALL.replace(from, to), DATA, ONE].concat());
         let error = place.fails(1, &["sweep", "spec.toml"]);
-        for part in ["results.csv", "`default`", "seed 1", "--out"] {
+        for part in ["results.csv", "`default`", "seed 1", "--out", told] {
             assert!(error.contains(part), "{part}: {error}");
         }
     }
@@ -92,4 +112,50 @@ fn results_are_never_mixed() {
     place.write("data/labels.csv", format!("{}\n", head.replacen("drive_a_0.png,8,", "drive_a_0.png,9,", 1)));
     let error = place.fails(1, &["sweep", "spec.toml"]);
     assert!(error.contains("images or labels"), "{error}");
+}
+
+#[test]
+fn files_of_others_are_left_alone() {
+    let place = Place::new();
+    let text = ["seeds = 1\n", SMALL, DATA, ONE].concat();
+    place.write("spec.toml", &text);
+    place.write("other.toml", text.replace("seeds = 1", "seeds = 2"));
+    for spec in ["other.toml", "spec.toml"] {
+        let error = place.fails(1, &["sweep", spec, "--out", "."]);
+        assert!(error.contains("spec.toml: is there") && error.contains("--out"), "{error}");
+    }
+    std::fs::create_dir(place.path("mine")).expect("writable");
+    for table in ["image,x,y\na.png,1,2", "image,x"] {
+        place.write("mine/results.csv", table);
+        let error = place.fails(1, &["sweep", "spec.toml", "--out", "mine"]);
+        assert!(error.contains("results.csv:1:") && error.contains("--out"), "{error}");
+    }
+    // A sweep that was killed before its first row had left its lock.
+    std::fs::create_dir_all(place.path("sweeps/spec")).expect("writable");
+    place.write("sweeps/spec/lock", "");
+    place.write("sweeps/spec/spec.toml", "of the killed one");
+    place.ok(&["sweep", "spec.toml", "--quiet"]);
+    assert_eq!(place.read("sweeps/spec/spec.toml"), text);
+}
+
+#[test]
+fn faults_met_later_are_named_too() {
+    let place = Place::new();
+    let text = ["seeds = 1\n", SMALL, DATA, ONE].concat();
+    place.write("spec.toml", &text);
+    place.ok(&["sweep", "spec.toml", "--quiet"]);
+    let results = place.read("sweeps/spec/results.csv");
+    let program = results.find("(individual").expect("a program");
+    place.write(
+        "sweeps/spec/results.csv",
+        format!("{}(individuum{}", &results[..program], &results[program + 11..]),
+    );
+    let output = place.command(&["sweep", "spec.toml", "--test"]).output().expect("started");
+    let error = one_error(&output, 1);
+    for part in ["results.csv", "`made up`", "`default`", "seed 1", "take the line out"] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+    place.write("other.toml", text.replace("drive_b*", "nothing*"));
+    let error = place.fails(1, &["sweep", "other.toml"]);
+    assert!(error.contains("other.toml:10:8: data set `made up`: "), "{error}");
 }

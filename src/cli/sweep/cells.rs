@@ -1,5 +1,6 @@
 //! The grid of a sweep: which runs there are, which of them are there already, and which are left.
 
+use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
 
 use vsonar::dataset::Variation;
@@ -11,11 +12,14 @@ use super::super::jobs::Cores;
 use super::super::memory::Need;
 use super::super::output::{self, count};
 use super::super::table::Table;
-use super::results::{Results, Row, settings_fingerprint};
+use super::recorded;
+use super::results::Results;
+use super::row::{Row, settings_fingerprint};
+use super::settings::Setting;
 use super::spec::Spec;
 
 /// A run: numbers of data set and setting, and the seed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct Cell {
     pub(crate) data: usize,
     pub(crate) setting: usize,
@@ -87,6 +91,12 @@ impl<'a> Grid<'a> {
         Ok(Grid { spec, cells })
     }
 
+    /// The settings that are asked for.
+    pub(crate) fn asked(&self) -> impl Iterator<Item = &Setting> {
+        let asked: BTreeSet<usize> = self.cells.iter().map(|cell| cell.setting).collect();
+        asked.into_iter().map(|number| &self.spec.settings[number])
+    }
+
     /// The settings of a run.
     pub(crate) fn settings(&self, cell: &Cell) -> Settings {
         Settings { seed: cell.seed, ..self.spec.settings[cell.setting].settings.clone() }
@@ -128,11 +138,14 @@ impl<'a> Grid<'a> {
         for row in &results.rows {
             let Some(cell) = self.cell(row) else { continue };
             if row.settings_fingerprint != settings_fingerprint(&self.settings(&cell)) {
-                return Err(self.stale(
-                    results,
-                    row,
-                    &format!("the setting `{}` was another one then", row.setting),
-                ));
+                let folder = results.path().parent().unwrap_or(Path::new(""));
+                let differences = recorded::differences(folder, &self.spec.settings[cell.setting]);
+                let differences = match &differences[..] {
+                    [] => String::new(),
+                    some => format!(" ({})", some.join(", ")),
+                };
+                let text = format!("the setting `{}` was another one then{differences}", row.setting);
+                return Err(self.stale(results, row, &text));
             }
         }
         Ok(())
@@ -195,7 +208,9 @@ impl<'a> Grid<'a> {
         let settings = self.cells.iter().map(|cell| &self.spec.settings[cell.setting].settings);
         let greatest = settings.map(Settings::variation).max_by_key(Variation::copies);
         let variation = greatest.unwrap_or(Variation::NONE);
-        let mut needs: Vec<Need> = cases.needs(&variation, cores.jobs).collect();
+        // Every data set has as many runs as another.
+        let runs = self.cells.len() / self.spec.data.len();
+        let mut needs: Vec<Need> = cases.needs(&variation, cores.for_runs(runs).jobs).collect();
         if variation.copies() > 0 {
             // Other settings may share the images as they are.
             needs.push(Need::of(&cases.train));
@@ -203,17 +218,34 @@ impl<'a> Grid<'a> {
         needs
     }
 
+    /// How many sets on which programs run may keep strips at a time: that which the runs share, and one for each job
+    /// whose run alters copies.
+    pub(crate) fn strip_caches(&self, cores: Cores) -> usize {
+        let copies = |cell: &Cell| self.spec.settings[cell.setting].settings.variation().copies() > 0;
+        let altered = self.cells.iter().filter(|cell| copies(cell)).count();
+        let own = if altered > 0 { cores.jobs } else { 0 };
+        own + usize::from(altered < self.cells.len())
+    }
+
     /// Says what there is to run.
     pub(crate) fn list(&self, results: &Results, folder: &Path, json: bool) -> Result<(), CliError> {
-        let work = self.work(results);
-        let left = |cell: &Cell| work.iter().any(|w| matches!(w, Work::Run(c) if c == cell));
+        let (mut left, mut untested) = (HashSet::new(), HashSet::new());
+        for work in self.work(results) {
+            match work {
+                Work::Run(cell) => left.insert(cell),
+                Work::Test(cell, _) => untested.insert(cell),
+            };
+        }
         if json {
             let cells: Vec<serde_json::Value> = self
                 .cells
                 .iter()
                 .map(|cell| {
                     let (data, setting) = self.names(cell);
-                    serde_json::json!({ "data": data, "setting": setting, "seed": cell.seed, "done": !left(cell) })
+                    let (done, tests) = (!left.contains(cell), untested.contains(cell));
+                    serde_json::json!({
+                        "data": data, "setting": setting, "seed": cell.seed, "done": done, "to_test": tests,
+                    })
                 })
                 .collect();
             return output::print_json(&cells);
@@ -227,7 +259,7 @@ impl<'a> Grid<'a> {
                 if cells.is_empty() {
                     continue;
                 }
-                let left = cells.iter().filter(|cell| left(cell)).count() as u64;
+                let left = cells.iter().filter(|cell| left.contains(**cell)).count() as u64;
                 let s = &of.settings;
                 runs += left;
                 evaluations += left * u64::from(s.population) * u64::from(s.generations);
@@ -236,8 +268,12 @@ impl<'a> Grid<'a> {
                 table.row([set.name.clone(), of.name.clone(), seeds, left].into_iter().chain(sizes));
             }
         }
+        let tests = match untested.len() as u64 {
+            0 => String::new(),
+            tests => format!("{} to test on the held-out cases, ", count(tests, "winner")),
+        };
         output::print(&format!(
-            "{table}\n{} to make, at most {} and the draws of the initial filters; results in {}\n",
+            "{table}\n{tests}{} to make, at most {} and the draws of the initial filters; results in {}\n",
             count(runs, "run"),
             count(evaluations, "individual"),
             folder.display()

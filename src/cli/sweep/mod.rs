@@ -1,8 +1,10 @@
 //! `vsonar sweep`: settings and seeds as a grid of runs, which can be interrupted, and what they come to.
 
 mod cells;
+mod recorded;
 mod report;
 mod results;
+mod row;
 mod runs;
 pub(crate) mod seeds;
 mod settings;
@@ -14,7 +16,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use vsonar::evolve::{Lock, SharedSet};
+use vsonar::evolve::{Evolution, Lock, SharedSet};
 
 use super::cases::Cases;
 use super::executor::Choice;
@@ -26,10 +28,14 @@ use super::{CliError, interrupt};
 use cells::{Grid, Work};
 pub(crate) use report::between;
 use report::{OfData, Report};
-use results::{Results, Row};
+use results::Results;
+use row::Row;
 use runs::On;
 use spec::Spec;
 pub(crate) use view::Meter;
+
+/// The copy of the file in the folder of results.
+const COPY: &str = "spec.toml";
 
 /// The folder that folders of results are made in.
 const SWEEPS: &str = "sweeps";
@@ -52,7 +58,7 @@ A file has `title`, `seeds` (\"1-10\"), `baseline` (the setting that the others 
 from the file) or [data.synthetic]; [settings] for all; tables [[setting]] with a name and any keys of settings.toml, `preset`,
 and `edit_nodes` (as `--nodes`); and [grid], whose axes are lists of values: \"selection.tournament\" = [3, 7].
 
-The folder of results holds results.csv, a row for each run, and spec.toml. A run that has its row there is not made
+The folder of results holds results.csv, a row for each run, spec.toml, and settings/ with all fields of each setting. A run that has its row there is not made
 again, so a sweep that was stopped goes on with the same command.";
 
 /// Run settings and seeds as a grid, and compare them
@@ -119,7 +125,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         return grid.list(&results, &folder, args.json);
     }
     spec.data.iter().try_for_each(there)?;
-    let sets: Vec<Cases> = spec.data.iter().map(|data| data.source.load()).collect::<Result<_, _>>()?;
+    let sets: Vec<Cases> = spec.data.iter().map(load).collect::<Result<_, _>>()?;
     grid.check_data(&results, &sets)?;
     let executor = args.executor.make()?;
     let cores = Cores::new(args.jobs, args.threads, |threads| threads);
@@ -127,6 +133,14 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         .iter()
         .map(|cases| args.memory.check_needs(grid.needs(cases, cores)))
         .collect::<Result<_, _>>()?;
+    if !Results::are_in(&folder) {
+        for path in [COPY, recorded::FOLDER].map(|name| folder.join(name)) {
+            if path.symlink_metadata().is_ok() {
+                let text = "is there, and the folder is not that of a sweep, which would write it; choose another `--out`";
+                return Err(CliError::Failed(format!("{}: {text}", path.display())));
+            }
+        }
+    }
     fs::create_dir_all(&folder).map_err(|e| CliError::file(&folder, "make the folder", &e))?;
     let lock = Lock::take(&folder).map_err(|e| CliError::file(&folder, "lock the folder", &e))?;
     let Some(_lock) = lock else {
@@ -134,21 +148,26 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             "another process is writing this folder; wait until it has ended, or choose another `--out`";
         return Err(CliError::Failed(format!("{}: {text}", folder.display())));
     };
-    Results::remove_leftovers(&folder);
+    Results::remove_leftovers(&folder, |name| [Results::NAME, COPY].contains(&name));
     // Again, now that nobody else writes it.
     let mut results = Results::read(&folder)?;
     grid.check_settings(&results)?;
     grid.check_data(&results, &sets)?;
-    write_file(&folder.join("spec.toml"), spec.text.as_bytes())?;
+    write_file(&folder.join(COPY), spec.text.as_bytes())?;
+    recorded::write(&folder, grid.asked())?;
     let stop = interrupt::stop_flag()?;
     let style = Style::of(args.quiet, args.json);
     let work = grid.work(&results);
     announce(&grid, &results, &work, &folder, cores, &args, style)?;
+    let path = results.path().to_path_buf();
     let mut meter = Meter::start(style, work.len());
     for (number, cases) in sets.iter().enumerate() {
         let work: Vec<&Work> = work.iter().filter(|work| work.cell().data == number).collect();
+        let cores = cores.for_runs(work.len());
         let strips = (u64::from(args.strip_cache) << 20).min(rooms[number]);
         let strips = usize::try_from(strips).unwrap_or(usize::MAX);
+        // The jobs and what they share stay within it together.
+        let strips = strips / grid.strip_caches(cores);
         let share = |data| SharedSet::new(data).keep_strips(strips);
         let on = On {
             grid: &grid,
@@ -156,20 +175,26 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             validation: cases.validation.as_ref().map(share),
             holdout: cases.holdout.as_ref().map(share),
             executor: &executor,
+            results: &path,
+            cache: Evolution::CACHE_BYTES / cores.jobs,
             stop: &stop,
         };
-        jobs::each(
+        let made = jobs::each_watched(
             &work,
             cores,
             &stop,
             |work, threads| on.work(work, threads),
-            |_, row: Row| {
+            |ended: Option<(_, Row)>| {
+                let Some((_, row)) = ended else { return results.write_at_times(|row| grid.rank(row)) };
                 let line = report::line(&row, grid.spec.test);
                 results.put(row);
-                results.write(|row| grid.rank(row))?;
+                results.write_at_times(|row| grid.rank(row))?;
                 meter.end(&line)
             },
-        )?;
+        );
+        // However it ended, what was made is kept.
+        let written = results.write(|row| grid.rank(row));
+        made.and(written)?;
     }
     drop(meter);
     if stop.load(Ordering::Relaxed) {
@@ -222,6 +247,16 @@ fn there(data: &spec::DataSet) -> Result<(), CliError> {
     }
 }
 
+/// The cases of a data set.
+fn load(data: &spec::DataSet) -> Result<Cases, CliError> {
+    let of = |text: String| format!("{}: data set `{}`: {text}", data.place, data.name);
+    data.source.load().map_err(|error| match error {
+        CliError::Failed(text) => CliError::Failed(of(text)),
+        CliError::Usage(text) => CliError::Usage(of(text)),
+        other => other,
+    })
+}
+
 /// Says what is going to happen.
 fn announce(
     grid: &Grid<'_>,
@@ -246,7 +281,7 @@ fn announce(
         "{}{}{there}; {} at a time, recorded in {}\n",
         grid.spec.title.as_ref().map_or(String::new(), |title| format!("{title}\n")),
         count(grid.cells.len() as u64, "run"),
-        cores.jobs.min(work.len().max(1)),
+        cores.for_runs(work.len()).jobs,
         folder.display()
     ))
 }

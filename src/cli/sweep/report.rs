@@ -8,7 +8,7 @@ use vsonar::statistics::{A12, Magnitude, Quartiles, a12, holm, rank_sum};
 
 use super::super::output::{duration, grouped, percent};
 use super::super::table::Table;
-use super::results::{Part, Row};
+use super::row::{Part, Row};
 
 /// The report, as text and as JSON.
 #[derive(Debug, Serialize)]
@@ -41,6 +41,8 @@ struct OfSetting {
     holdout: Option<Scores>,
     /// What the winner of the run that is best in validation reaches on the held-out cases.
     chosen_holdout: Option<f64>,
+    /// Runs that had collapsed at their end.
+    collapsed: usize,
     fresh: Option<Quartiles>,
     nodes: Option<Quartiles>,
     seconds: Option<Quartiles>,
@@ -133,6 +135,7 @@ impl OfData {
                 } = difference;
             }
         }
+        comparisons.retain(|c| c.train.is_some() || c.validation.is_some() || c.holdout.is_some());
         let settings = settings.iter().filter(|s| !of(s).is_empty()).map(|&s| {
             let rows = of(s);
             let scores = |part: Part| -> Option<Scores> {
@@ -157,6 +160,7 @@ impl OfData {
                 validation: scores(Part::Validation),
                 holdout: scores(Part::Holdout),
                 chosen_holdout: if test { chosen(&rows) } else { None },
+                collapsed: rows.iter().filter(|row| row.warning.is_some()).count(),
                 fresh: numbers(&|r| r.fresh as f64),
                 nodes: numbers(&|r| r.nodes as f64),
                 seconds: numbers(&|r| r.seconds),
@@ -181,6 +185,8 @@ impl OfData {
         parts.iter().for_each(|part| headings.extend([part.name(), "quartiles", "best"]));
         let chosen = self.settings.iter().any(|s| s.chosen_holdout.is_some());
         headings.extend(chosen.then_some("of the best in validation"));
+        let collapsed = self.settings.iter().any(|s| s.collapsed > 0);
+        headings.extend(collapsed.then_some("collapsed"));
         headings.extend(["programs run", "nodes", "seconds"]);
         let mut table = Table::new(1, &headings);
         let median = |q: &Option<Quartiles>| q.map_or(0.0, |q| q.median);
@@ -189,6 +195,9 @@ impl OfData {
             parts.iter().for_each(|&part| cells.extend(scores(setting, part).unwrap_or_default()));
             if chosen {
                 cells.push(setting.chosen_holdout.map_or(String::new(), percent));
+            }
+            if collapsed {
+                cells.push(format!("{} of {}", setting.collapsed, setting.runs));
             }
             cells.push(grouped(median(&setting.fresh) as u64));
             cells.push(grouped(median(&setting.nodes) as u64));
@@ -250,6 +259,9 @@ impl fmt::Display for Report {
         for data in &self.data {
             writeln!(f, "\n{}: medians over the seeds\n", data.name)?;
             write!(f, "{}", data.scores())?;
+            if !data.settings.is_empty() && data.settings.iter().all(|s| s.name != data.baseline) {
+                writeln!(f, "\nThere is no run of the baseline `{}` to compare these with.", data.baseline)?;
+            }
             if !data.comparisons.is_empty() {
                 writeln!(f, "\n{}, against `{}`: A12 and p\n", data.name, data.baseline)?;
                 write!(f, "{}", data.differences())?;
@@ -310,6 +322,37 @@ mod tests {
         let same = of.comparisons[1].train.expect("both ran");
         assert_eq!((same.a12.0, same.p_holm), (0.5, 1.0));
         assert!(of.comparisons[0].validation.is_none() && of.comparisons[0].holdout.is_none());
+    }
+
+    #[test]
+    fn without_the_baseline_nothing_is_compared() {
+        let rows = rows();
+        let report = |baseline, rows: &[&Row]| {
+            let data = vec![OfData::new("corridor", &["default", "better", "same"], baseline, rows, false)];
+            Report { title: None, results: "r".into(), runs: 4, complete: true, test: false, data }
+                .to_string()
+        };
+        let all: Vec<&Row> = rows.iter().collect();
+        let text = report(0, &all);
+        assert!(text.contains("against `default`") && !text.contains("no run of the baseline"), "{text}");
+        let text = report(0, &all[4..8]);
+        assert!(text.contains("no run of the baseline `default`") && !text.contains("A12"), "{text}");
+        assert!(!report(0, &[]).contains("baseline"), "there is nothing to compare");
+    }
+
+    #[test]
+    fn collapsed_runs_are_told() {
+        let mut rows = rows();
+        let table = |rows: &[Row]| {
+            let rows: Vec<&Row> = rows.iter().collect();
+            OfData::new("corridor", &["default", "better"], 0, &rows, false).scores().to_string()
+        };
+        assert!(!table(&rows).contains("collapsed"));
+        rows[1].warning = Some(vsonar::evolve::Collapse::Bloat);
+        let text = table(&rows);
+        for part in ["collapsed", "1 of 4", "0 of 4"] {
+            assert!(text.contains(part), "{part}: {text}");
+        }
     }
 
     #[test]

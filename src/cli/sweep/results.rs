@@ -1,134 +1,29 @@
 //! The results of a sweep: a row of `results.csv` for each run.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-use serde::{Deserialize, Serialize};
-use vsonar::evolve::{Score, Settings};
+use vsonar::evolve::Lock;
 
 use super::super::CliError;
+use super::super::jobs::IDLE;
 use super::super::output::write_file;
-
-/// A run. What is said of a part of the data is empty where there is no such part, or it was not looked at.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Row {
-    pub(crate) data: String,
-    pub(crate) setting: String,
-    pub(crate) seed: u64,
-    /// Tells other settings of the same name.
-    pub(crate) settings_fingerprint: String,
-    pub(crate) train_fingerprint: String,
-    pub(crate) validation_fingerprint: Option<String>,
-    pub(crate) holdout_fingerprint: Option<String>,
-    pub(crate) train_correct: u32,
-    pub(crate) train_cases: u32,
-    pub(crate) train_fitness: f64,
-    /// The share that the best constant of each column reaches, learned on the training cases.
-    pub(crate) train_constant: f64,
-    pub(crate) validation_correct: Option<u32>,
-    pub(crate) validation_cases: Option<u32>,
-    pub(crate) validation_fitness: Option<f64>,
-    pub(crate) validation_constant: Option<f64>,
-    pub(crate) holdout_correct: Option<u32>,
-    pub(crate) holdout_cases: Option<u32>,
-    pub(crate) holdout_fitness: Option<f64>,
-    pub(crate) holdout_constant: Option<f64>,
-    pub(crate) generations: u32,
-    pub(crate) evaluations: u64,
-    /// Programs that had to be run; all other results were known.
-    pub(crate) fresh: u64,
-    pub(crate) nodes: u64,
-    pub(crate) generation_of_best: u32,
-    /// The winner, as program text in one line.
-    pub(crate) program: String,
-    /// Last, for it is the one column that differs from one sweep to the next.
-    pub(crate) seconds: f64,
-}
-
-/// What the winner does on a part of the data, and what a constant per column does.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct PartScore {
-    pub(crate) fingerprint: String,
-    pub(crate) score: Score,
-    pub(crate) constant: f64,
-}
-
-/// A part of the data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Part {
-    Train,
-    Validation,
-    Holdout,
-}
-
-impl Part {
-    pub(crate) const ALL: [Part; 3] = [Part::Train, Part::Validation, Part::Holdout];
-
-    /// As the tables have it.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Part::Train => "training",
-            Part::Validation => "validation",
-            Part::Holdout => "held out",
-        }
-    }
-}
-
-impl Row {
-    /// The share of a part's cases that the winner solves.
-    pub(crate) fn fitness(&self, part: Part) -> Option<f64> {
-        match part {
-            Part::Train => Some(self.train_fitness),
-            Part::Validation => self.validation_fitness,
-            Part::Holdout => self.holdout_fitness,
-        }
-    }
-
-    /// The share of a part's cases that the best constants solve.
-    pub(crate) fn constant(&self, part: Part) -> Option<f64> {
-        match part {
-            Part::Train => Some(self.train_constant),
-            Part::Validation => self.validation_constant,
-            Part::Holdout => self.holdout_constant,
-        }
-    }
-
-    /// Notes what the winner does on a part that it was not trained on.
-    pub(crate) fn set(&mut self, part: Part, PartScore { fingerprint, score, constant }: PartScore) {
-        let (correct, cases) = (Some(score.correct), Some(score.cases));
-        let (fitness, constant) = (Some(score.fitness), Some(constant));
-        match part {
-            Part::Train => {}
-            Part::Validation => {
-                self.validation_fingerprint = Some(fingerprint);
-                (self.validation_correct, self.validation_cases) = (correct, cases);
-                (self.validation_fitness, self.validation_constant) = (fitness, constant);
-            }
-            Part::Holdout => {
-                self.holdout_fingerprint = Some(fingerprint);
-                (self.holdout_correct, self.holdout_cases) = (correct, cases);
-                (self.holdout_fitness, self.holdout_constant) = (fitness, constant);
-            }
-        }
-    }
-
-    /// Whether it is the row of this cell.
-    pub(crate) fn is_of(&self, data: &str, setting: &str, seed: u64) -> bool {
-        self.seed == seed && self.data == data && self.setting == setting
-    }
-}
-
-/// What tells settings apart, the number of generations included.
-pub(crate) fn settings_fingerprint(settings: &Settings) -> String {
-    format!("{:016x}-{}", settings.fingerprint(), settings.generations)
-}
+use super::row::{Row, csv_of};
 
 /// The file of results.
 #[derive(Debug)]
 pub(crate) struct Results {
     path: PathBuf,
     pub(crate) rows: Vec<Row>,
+    /// The places of the rows, by data set, setting and seed.
+    places: HashMap<(String, String, u64), usize>,
+    /// Whether there are rows that are not in the file.
+    unsaved: bool,
+    saved: Option<Instant>,
     /// Whether the last row was torn, and is left out.
     pub(crate) torn: bool,
 }
@@ -137,7 +32,10 @@ impl Results {
     pub(crate) const NAME: &str = "results.csv";
 
     /// The results so far; none if there is no file. A last row that is not whole is left out: the process, or the
-    /// machine, ended while it was written or copied.
+    /// machine, ended while it was written or copied. A row that is there twice counts once.
+    ///
+    /// # Errors
+    /// With file and line: if it is no file of results, a row is none, or there are different ones of a run.
     pub(crate) fn read(folder: &Path) -> Result<Results, CliError> {
         let path = folder.join(Results::NAME);
         let text = match fs::read_to_string(&path) {
@@ -146,46 +44,96 @@ impl Results {
         };
         let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
         let mut torn = whole.len() < text.len();
+        let columns = Row::columns()?;
+        let earlier: Vec<String> = columns.iter().filter(|&name| name != "warning").cloned().collect();
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
-        let (mut rows, mut fault) = (Vec::new(), None);
-        for (number, row) in reader.deserialize::<Row>().enumerate() {
-            if let Some(fault) = fault.take() {
-                return Err(fault);
-            }
-            match row {
-                Ok(row) => rows.push(row),
+        let header = reader.headers()?.clone();
+        let is_sound = match whole {
+            // The torn beginning of the first line.
+            "" => [&columns, &earlier].iter().any(|columns| columns.join(",").starts_with(&text)),
+            _ => header.iter().eq(columns.iter()) || header.iter().eq(earlier.iter()),
+        };
+        if !is_sound {
+            return Err(CliError::Failed(format!(
+                "{}:1: these are not the columns of the results of a sweep; choose another `--out`, or move the file away",
+                path.display()
+            )));
+        }
+        let fault = |line: u64, text: String| CliError::Failed(format!("{}:{line}: {text}", path.display()));
+        let remedy = "take the line out, so that the run is made again, or choose another `--out`";
+        let records: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>()?;
+        let mut results = Results {
+            path: path.clone(),
+            rows: Vec::new(),
+            places: HashMap::new(),
+            unsaved: false,
+            saved: None,
+            torn: false,
+        };
+        for (number, record) in records.iter().enumerate() {
+            let line = record.position().map_or(number as u64 + 2, csv::Position::line);
+            let row: Row = match record.deserialize(Some(&header)) {
+                Ok(row) => row,
+                // Only the last row can be torn.
+                Err(_) if number + 1 == records.len() => {
+                    torn = true;
+                    continue;
+                }
                 Err(error) => {
-                    let line = error.position().map_or(number as u64 + 2, csv::Position::line);
                     let reason = match error.kind() {
                         csv::ErrorKind::Deserialize { err, .. } => err.to_string(),
                         _ => error.to_string(),
                     };
-                    fault = Some(CliError::Failed(format!(
-                        "{}:{line}: this is no row of a sweep: {reason}; take the line out, so that the run is made \
-                         again, or choose another `--out`",
-                        path.display()
-                    )));
+                    return Err(fault(line, format!("this is no row of a sweep: {reason}; {remedy}")));
+                }
+            };
+            if let Some(text) = row.fault() {
+                return Err(fault(line, format!("{text}; {remedy}")));
+            }
+            match results.of(&row.data, &row.setting, row.seed) {
+                None => results.put(row),
+                Some(there) if (Row { seconds: there.seconds, ..row.clone() }) == *there => {}
+                Some(_) => {
+                    return Err(fault(
+                        line,
+                        format!(
+                            "there is a row of `{}`, `{}`, seed {} already, and it says something else; take one of \
+                             them out, or both, so that the run is made again",
+                            row.data, row.setting, row.seed
+                        ),
+                    ));
                 }
             }
         }
-        // Only the last row can be torn; before it there are others, or the header is another one.
-        match fault {
-            Some(fault) if rows.is_empty() && whole.lines().count() > 1 => return Err(fault),
-            Some(_) => torn = true,
-            None => {}
-        }
-        Ok(Results { path, rows, torn })
+        Ok(Results { torn, unsaved: false, ..results })
     }
 
-    /// Puts the results in their place as a whole, in an order in which `rank` ascends.
+    /// Whether a folder is that of a sweep, so that what has the name of its files is its own: it has results, or a lock.
+    pub(crate) fn are_in(folder: &Path) -> bool {
+        let empty =
+            |name: &str| fs::metadata(folder.join(name)).is_ok_and(|file| file.is_file() && file.len() == 0);
+        let results = folder.join(Results::NAME);
+        // Those of something else are refused when they are read.
+        results.is_file() && !empty(Results::NAME) || empty(Lock::NAME)
+    }
+
+    /// Puts the results in their place as a whole, in an order in which `rank` ascends, if there are new ones.
     pub(crate) fn write(&mut self, rank: impl Fn(&Row) -> usize) -> Result<(), CliError> {
-        self.rows.sort_by_key(rank);
-        let mut csv = csv::Writer::from_writer(Vec::new());
-        for row in &self.rows {
-            csv.serialize(row)?;
+        if self.unsaved {
+            let mut rows: Vec<&Row> = self.rows.iter().collect();
+            rows.sort_by_cached_key(|row| rank(row));
+            write_file(&self.path, &csv_of(rows)?)?;
+            (self.unsaved, self.saved) = (false, Some(Instant::now()));
         }
-        let bytes = csv.into_inner().map_err(|e| CliError::Failed(e.to_string()))?;
-        write_file(&self.path, &bytes)
+        Ok(())
+    }
+
+    /// The same, but at most once a second, for the file is written anew each time.
+    pub(crate) fn write_at_times(&mut self, rank: impl Fn(&Row) -> usize) -> Result<(), CliError> {
+        match self.saved {
+            Some(saved) if saved.elapsed() < IDLE => Ok(()),
+            _ => self.write(rank),
+        }
     }
 
     /// Where the file is.
@@ -195,24 +143,32 @@ impl Results {
 
     /// The row of a cell.
     pub(crate) fn of(&self, data: &str, setting: &str, seed: u64) -> Option<&Row> {
-        self.rows.iter().find(|row| row.is_of(data, setting, seed))
+        let place = self.places.get(&(data.to_string(), setting.to_string(), seed))?;
+        self.rows.get(*place)
     }
 
     /// Takes up a row, in the place of an earlier one of the same cell.
     pub(crate) fn put(&mut self, row: Row) {
-        match self.rows.iter_mut().find(|old| old.is_of(&row.data, &row.setting, row.seed)) {
-            Some(old) => *old = row,
-            None => self.rows.push(row),
+        self.unsaved = true;
+        match self.places.entry((row.data.clone(), row.setting.clone(), row.seed)) {
+            Entry::Occupied(place) => self.rows[*place.get()] = row,
+            Entry::Vacant(place) => {
+                place.insert(self.rows.len());
+                self.rows.push(row);
+            }
         }
     }
 
-    /// Removes what writers that were killed have left behind. To be called by the process that holds the lock.
-    pub(crate) fn remove_leftovers(folder: &Path) {
+    /// Removes what writers that were killed have left behind of files in a folder, by their names. To be called by the
+    /// process that holds the lock.
+    pub(crate) fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) {
         let Ok(entries) = fs::read_dir(folder) else { return };
         for entry in entries.flatten() {
             let name = entry.file_name();
             let name = name.to_string_lossy();
-            if name.starts_with(&format!(".{}.", Results::NAME)) && name.ends_with(".tmp") {
+            // `.NAME.PROCESS.tmp`
+            let written = name.strip_prefix('.').and_then(|name| name.strip_suffix(".tmp"));
+            if written.and_then(|name| name.rsplit_once('.')).is_some_and(|(name, _)| is_ours(name)) {
                 // One that cannot be removed does no harm.
                 let _ = fs::remove_file(entry.path());
             }
@@ -222,6 +178,9 @@ impl Results {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use vsonar::evolve::{Collapse, Score};
+
+    use super::super::row::{Part, PartScore};
     use super::*;
 
     pub(crate) fn row(setting: &str, seed: u64, correct: u32) -> Row {
@@ -250,6 +209,7 @@ pub(crate) mod tests {
             fresh: 30,
             nodes: 12,
             generation_of_best: 2,
+            warning: None,
             program: "(individual (iterate-up 3x3 x-obstacle (set-a y)))".into(),
             seconds: 0.125,
         }
@@ -274,6 +234,67 @@ pub(crate) mod tests {
         assert_eq!((read.rows.clone(), read.torn), (vec![tested.clone(), row("a", 7, 81)], false));
         assert_eq!(read.of("corridor", &tested.setting, 1), Some(&tested));
         assert_eq!(read.of("street", &tested.setting, 1), None);
+    }
+
+    #[test]
+    fn results_are_written_at_times() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let mut results = Results::read(dir.path()).expect("none yet");
+        let rank = |row: &Row| row.seed as usize;
+        let saved = || Results::read(dir.path()).expect("sound").rows.len();
+        results.put(row("a", 2, 80));
+        results.write_at_times(rank).expect("writable");
+        assert_eq!(saved(), 1, "the first is at once");
+        for seed in 3..9 {
+            results.put(row("a", seed, 80));
+            results.saved = Some(Instant::now());
+            results.write_at_times(rank).expect("writable");
+        }
+        assert_eq!(saved(), 1);
+        results.saved = Instant::now().checked_sub(IDLE);
+        results.write_at_times(rank).expect("writable");
+        assert_eq!(saved(), 7, "a second later all are");
+        results.put(row("a", 1, 80));
+        results.write(rank).expect("writable");
+        let rows = Results::read(dir.path()).expect("sound").rows;
+        assert_eq!(rows.iter().map(|row| row.seed).collect::<Vec<_>>(), [1, 2, 3, 4, 5, 6, 7, 8]);
+        fs::remove_file(dir.path().join(Results::NAME)).expect("there");
+        results.write(rank).expect("nothing to do");
+        assert!(!dir.path().join(Results::NAME).exists(), "nothing is new");
+    }
+
+    #[test]
+    fn results_of_earlier_releases_are_read() {
+        let collapsed = Row { warning: Some(Collapse::Converged), ..row("a", 2, 81) };
+        let (dir, text) = written(&[row("a", 1, 80), collapsed.clone()]);
+        assert_eq!(Results::read(dir.path()).expect("sound").rows, [row("a", 1, 80), collapsed]);
+        let path = dir.path().join(Results::NAME);
+        assert!(
+            text.contains(",generation_of_best,warning,program,") && text.contains(",2,converged,("),
+            "{text}"
+        );
+        let earlier =
+            text.replacen(",warning,", ",", 1).replace(",2,,(", ",2,(").replace(",2,converged,(", ",2,(");
+        for (end, rows) in
+            [(earlier.len(), 2), (earlier.len() - 3, 1), (earlier.find("seconds").expect("there"), 0)]
+        {
+            fs::write(&path, &earlier[..end]).expect("writable");
+            let read = Results::read(dir.path()).expect("of an earlier release");
+            assert_eq!(read.rows, [row("a", 1, 80), row("a", 2, 81)][..rows], "{end}");
+        }
+    }
+
+    #[test]
+    fn leftovers_of_killed_writers_are_removed() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        for name in [".results.csv.12.tmp", ".spec.toml.12.tmp", ".other.12.tmp", "results.csv.12.tmp"] {
+            fs::write(dir.path().join(name), "").expect("writable");
+        }
+        Results::remove_leftovers(dir.path(), |name| [Results::NAME, super::super::COPY].contains(&name));
+        let left = fs::read_dir(dir.path()).expect("there").map(|entry| entry.expect("readable").file_name());
+        let mut left: Vec<_> = left.collect();
+        left.sort();
+        assert_eq!(left, [".other.12.tmp", "results.csv.12.tmp"]);
     }
 
     #[test]
@@ -303,7 +324,66 @@ pub(crate) mod tests {
         assert!(
             matches!(error, CliError::Failed(text) if text.contains("results.csv:2: ") && text.contains("--out"))
         );
-        fs::write(dir.path().join(Results::NAME), "image,x,y\na.png,1,2\n").expect("writable");
-        assert!(Results::read(dir.path()).is_err(), "another table");
+    }
+
+    fn refused(dir: &tempfile::TempDir, text: &str) -> String {
+        fs::write(dir.path().join(Results::NAME), text).expect("writable");
+        match Results::read(dir.path()) {
+            Err(CliError::Failed(text)) => text,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_run_counts_once() {
+        let (dir, text) = written(&[row("a", 1, 80), row("a", 2, 81)]);
+        let first = text.lines().nth(1).expect("a row");
+        fs::write(dir.path().join(Results::NAME), format!("{text}{}\n", first.replace(",0.125", ",9.5")))
+            .expect("writable");
+        let read = Results::read(dir.path()).expect("the same run");
+        assert_eq!(read.rows, [row("a", 1, 80), row("a", 2, 81)]);
+        let other = refused(&dir, &format!("{text}{}\n", first.replace(",60,30,", ",61,30,")));
+        for part in
+            ["results.csv:4: there is a row of `corridor`, `a`, seed 1 already", "take one of them out"]
+        {
+            assert!(other.contains(part), "{part}: {other}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_contradict_each_other_are_refused() {
+        let (dir, text) = written(&[row("a", 1, 80), row("a", 2, 81)]);
+        for (from, to, said) in [
+            ("80,100,0.8,0.4", "80,100,0.9,0.4", "80 of 100"),
+            ("80,100,0.8,0.4", "80,100,NaN,0.4", "80 of 100"),
+            ("80,100,0.8,0.4", "80,100,inf,0.4", "80 of 100"),
+            ("80,100,0.8,0.4", "0,0,NaN,0.4", "0 of 0"),
+            ("80,100,0.8,0.4", "101,100,1.01,0.4", "101 of 100"),
+            ("80,100,0.8,0.4", "80,100,0.8,NaN", "no share"),
+            ("80,100,0.8,0.4,,", "80,100,0.8,0.4,9,", "validation part some columns are empty"),
+        ] {
+            assert!(text.contains(from), "{text}");
+            let error = refused(&dir, &text.replacen(from, to, 1));
+            assert!(error.contains("results.csv:2: ") && error.contains(said), "{said}: {error}");
+            assert!(error.contains("take the line out"), "{error}");
+        }
+        let (dir, text) = written(&[row("a", 1, 80)]);
+        assert!(refused(&dir, &text.replace(",0.125", ",inf")).contains("seconds"), "the last row too");
+    }
+
+    #[test]
+    fn other_tables_are_no_results() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        for text in [
+            "image,x,y\na.png,1,2\n",
+            "image,x,y\na.png,1,2",
+            "image,x",
+            "image,x,y\n",
+            "data,setting,seed\n",
+        ] {
+            let error = refused(&dir, text);
+            assert!(error.contains("results.csv:1: ") && error.contains("--out"), "{text}: {error}");
+            assert_eq!(fs::read_to_string(dir.path().join(Results::NAME)).expect("there"), text);
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The runs of a sweep on one data set.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -11,7 +12,7 @@ use vsonar::tree::Individual;
 
 use super::super::CliError;
 use super::cells::{Cell, Grid, Work};
-use super::results::{Part, PartScore, Row, settings_fingerprint};
+use super::row::{Part, PartScore, Row, settings_fingerprint};
 
 /// What the runs on a data set work with.
 pub(crate) struct On<'a> {
@@ -20,6 +21,10 @@ pub(crate) struct On<'a> {
     pub(crate) validation: Option<SharedSet<'a>>,
     pub(crate) holdout: Option<SharedSet<'a>>,
     pub(crate) executor: &'a Arc<dyn Executor>,
+    /// The file of results, to be named where it is at fault.
+    pub(crate) results: &'a Path,
+    /// Bytes for results of programs in each of the runs at a time.
+    pub(crate) cache: usize,
     pub(crate) stop: &'a AtomicBool,
 }
 
@@ -44,6 +49,7 @@ impl On<'_> {
         let start = Instant::now();
         let settings = self.grid.settings(cell);
         let mut evolution = Evolution::on(&self.train, settings.clone(), self.executor.clone(), threads)?;
+        evolution.limit_cache(self.cache);
         self.validation.iter().try_for_each(|set| evolution.validate_on(set))?;
         if evolution.run(self.stop, |_| ())? == StopReason::Interrupted {
             return Ok(None);
@@ -78,6 +84,7 @@ impl On<'_> {
             fresh: state.records.iter().map(|record| record.timing.executed).sum(),
             nodes: summary.best.len() as u64,
             generation_of_best: summary.generation,
+            warning: evolution.warning().map(|warning| warning.kind),
             program: one_line(&summary.best),
             seconds: start.elapsed().as_secs_f64(),
         };
@@ -90,7 +97,16 @@ impl On<'_> {
 
     /// What the winner of a row does on a part of the data.
     fn score(&self, part: &SharedSet<'_>, row: &Row, settings: &Settings) -> Result<PartScore, CliError> {
-        let winner: Individual = row.program.parse()?;
+        let winner: Individual = row.program.parse().map_err(|error| {
+            CliError::Failed(format!(
+                "{}: the program in the row of `{}`, `{}`, seed {} is none: {error}; take the line out, so that the run \
+                 is made again",
+                self.results.display(),
+                row.data,
+                row.setting,
+                row.seed
+            ))
+        })?;
         let constants = Constants::learn(self.train.data(), settings.tolerance);
         Ok(PartScore {
             fingerprint: hex(part),

@@ -1,6 +1,6 @@
 //! The settings of a sweep, as its file lists them: `[settings]` for all, `[[setting]]` one by one, and `[grid]`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -9,8 +9,13 @@ use vsonar::evolve::{Draft, Preset, Settings, SettingsError};
 use vsonar::tree::Creator;
 
 use super::super::CliError;
+use super::super::output::grouped;
 use super::super::settings::nested;
+use super::row::settings_fingerprint;
 use super::spec::{File, checked_name};
+
+/// The most settings of a sweep, all points of the grid counted.
+const MOST: usize = 10_000;
 
 /// Settings under their name.
 #[derive(Debug, Clone)]
@@ -60,8 +65,18 @@ pub(crate) fn all(
         None => vec![],
         Some(value) => axes(file, table(file, value, "[grid]")?)?,
     };
-    let points: usize = axes.iter().map(|axis| axis.values.len()).product();
+    let points = axes.iter().try_fold(1usize, |points, axis| points.checked_mul(axis.values.len()));
+    let within = |points: &usize| points.checked_mul(listed.len().max(1)).is_some_and(|all| all <= MOST);
+    let Some(points) = points.filter(within) else {
+        let at = axes.first().map_or(0, |axis| axis.at);
+        let text = format!(
+            "the settings at all points of the grid are more than {}; take values or axes out",
+            grouped(MOST as u64)
+        );
+        return Err(file.fault(at, text));
+    };
     let mut names = BTreeSet::new();
+    let mut known = HashMap::new();
     let mut all = Vec::new();
     let mut add = |heading: Heading, own: Option<Spanned<DeTable<'_>>>, at: usize| -> Result<(), CliError> {
         let preset = heading.preset.or(preset).unwrap_or(Preset::Default);
@@ -105,6 +120,12 @@ pub(crate) fn all(
             }
             if !names.insert(name.clone()) {
                 return Err(file.fault(at, format!("there are two settings `{name}`; rename one")));
+            }
+            let fingerprint = settings_fingerprint(&Settings { seed: 0, ..settings.clone() });
+            if let Some(other) = known.insert(fingerprint, name.clone()) {
+                return Err(
+                    file.fault(at, format!("`{other}` and `{name}` are the same settings; take one out"))
+                );
             }
             all.push(Setting { name, base: base.clone(), settings });
         }
@@ -217,7 +238,12 @@ fn axes(file: &File<'_>, grid: Spanned<DeTable<'_>>) -> Result<Vec<Axis>, CliErr
     let mut axes = Vec::new();
     collect(file, "", grid.get_ref(), &mut axes)?;
     axes.sort_by_key(|axis| axis.at);
+    let mut keys = BTreeSet::new();
     for axis in &axes {
+        if !keys.insert(&axis.key) {
+            let text = format!("`{}` is an axis already; put all its values into one list", axis.key);
+            return Err(file.fault(axis.at, text));
+        }
         if matches!(axis.key.as_str(), "seed" | "preset" | "name" | "data" | "edit_nodes") {
             let text = format!(
                 "`{}` is no setting; seeds, presets and data sets have places of their own",

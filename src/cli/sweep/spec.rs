@@ -34,6 +34,8 @@ pub(crate) struct Spec {
 #[derive(Debug, Clone)]
 pub(crate) struct DataSet {
     pub(crate) name: String,
+    /// File, line and column of the name.
+    pub(crate) place: String,
     pub(crate) source: Source,
 }
 
@@ -112,10 +114,7 @@ impl Spec {
         let baseline = match &raw.baseline {
             None => 0,
             Some(name) => {
-                let is = |s: &Setting| s.name == *name.get_ref() || s.base == *name.get_ref();
-                settings.iter().position(is).ok_or_else(|| {
-                    file.fault(name.span().start, format!("there is no setting `{}`", name.get_ref()))
-                })?
+                baseline(&settings, name.get_ref()).map_err(|e| file.fault(name.span().start, e))?
             }
         };
         let seeds = match &raw.seeds {
@@ -130,6 +129,22 @@ impl Spec {
     /// The name of the file, for the folder of results.
     pub(crate) fn stem(&self) -> String {
         self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    }
+}
+
+/// The number of the setting of this name, or of the only one that the grid makes of it.
+fn baseline(settings: &[Setting], name: &str) -> Result<usize, String> {
+    if let Some(whole) = settings.iter().position(|setting| setting.name == name) {
+        return Ok(whole);
+    }
+    let of_base = |(number, setting): (usize, &Setting)| (setting.base == name).then_some(number);
+    match settings.iter().enumerate().filter_map(of_base).collect::<Vec<_>>()[..] {
+        [] => Err(format!("there is no setting `{name}`")),
+        [one] => Ok(one),
+        ref several => {
+            let names: Vec<String> = several.iter().map(|&i| format!("`{}`", settings[i].name)).collect();
+            Err(format!("the grid makes several settings of `{name}`; name one of {}", names.join("; ")))
+        }
     }
 }
 
@@ -170,7 +185,8 @@ fn data(file: &File<'_>, path: &Path, raw: Vec<Spanned<RawData>>) -> Result<Vec<
                 file.fault(spanned.span().start, format!("there are two data sets `{name}`; rename one"))
             );
         }
-        all.push(DataSet { name, source: source.named_in(path)? });
+        let place = file.place(spanned.span().start);
+        all.push(DataSet { name, place, source: source.named_in(path)? });
     }
     Ok(all)
 }
