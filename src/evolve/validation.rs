@@ -65,7 +65,7 @@ impl<'a> Verdicts<'a> {
                 .rev()
                 .map(|(i, entry)| (entry, self.of(i)))
                 .max_by_key(|(_, solved)| solved.map(CaseBits::count)),
-            None => entries.last().map(|(_, entry)| (entry, None)),
+            None => hall.best().map(|entry| (entry, None)),
         }
     }
 }
