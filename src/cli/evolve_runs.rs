@@ -169,6 +169,7 @@ fn on_fold(
             nodes: summary.best.len(),
             generation: summary.generation,
             seconds: start.elapsed().as_secs_f64(),
+            warning: evolution.warning(),
             next: super::summary::next(
                 source,
                 cases,

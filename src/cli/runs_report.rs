@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use serde::Serialize;
-use vsonar::evolve::Score;
+use vsonar::evolve::{Score, Warning};
 use vsonar::statistics::Quartiles;
 
 use super::output::{self, grouped, percent};
@@ -41,6 +41,8 @@ pub(crate) struct One {
     pub(crate) nodes: usize,
     pub(crate) generation: u32,
     pub(crate) seconds: f64,
+    /// Whether the run ended collapsed, and what to try.
+    pub(crate) warning: Option<Warning>,
     /// Commands to go on with, if this is the best.
     #[serde(skip)]
     pub(crate) next: Vec<String>,
@@ -180,6 +182,16 @@ impl fmt::Display for Report {
                 percent(constant_per_column)
             )?;
         }
+        let collapsed: Vec<&One> = self.runs.iter().filter(|one| one.warning.is_some()).collect();
+        if let Some(warning) = collapsed.first().and_then(|one| one.warning.as_ref()) {
+            let (some, all) = (collapsed.len(), self.runs.len());
+            let runs: Vec<String> = collapsed.iter().map(|one| one.run.display().to_string()).collect();
+            writeln!(
+                f,
+                "Warning: {some} of {all} runs ended collapsed ({}). Of the first: {warning}",
+                runs.join(", ")
+            )?;
+        }
         if let Some(best) = &self.best {
             let by = if self.validation.is_some() { "in validation" } else { "on the training cases" };
             writeln!(f, "The best {by}: {}", best.display())?;
@@ -210,6 +222,7 @@ mod tests {
             nodes,
             generation: 1,
             seconds: 1.0,
+            warning: None,
             next: vec![format!("vsonar eval runs/{seed}/best.gp")],
         }
     }

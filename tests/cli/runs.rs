@@ -29,6 +29,21 @@ fn each_run_is_that_of_its_seed() {
 }
 
 #[test]
+fn collapsed_runs_are_told() {
+    let place = Place::new();
+    let runs = [HOPELESS, &["--runs", "2", "--out", "all"]].concat();
+    let text = place.ok(&tiny(&[&runs[..], &["--quiet"]].concat()));
+    let json = place.ok(&tiny(&[&runs[..], &["--quiet", "--json"]].concat()));
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let told =
+        json["runs"].as_array().expect("a list").iter().filter(|run| run["warning"].is_object()).count();
+    assert!(
+        told > 0 && text.contains(&format!("Warning: {told} of 2 runs ended collapsed (all/seed-")),
+        "{text}"
+    );
+}
+
+#[test]
 fn the_same_command_goes_on() {
     let place = Place::new();
     let all = tiny(&["--runs", "3", "--out", "all", "--quiet"]);
