@@ -10,11 +10,12 @@ use vsonar::dataset::Dataset;
 use vsonar::evolve::{Evolution, RunFolder, Settings, SharedSet, StopReason};
 
 use super::cases::Cases;
+use super::data_args::DataArgs;
 use super::executor::Choice;
 use super::memory::MemoryArgs;
 use super::output::{self, count, grouped, shell_word};
 use super::settings::SettingsArgs;
-use super::source::{DataArgs, Source};
+use super::source::Source;
 use super::summary::Report;
 use super::view::{Style, View};
 use super::{CliError, evolve_runs, interrupt};

@@ -11,6 +11,7 @@ mod calibrate;
 mod cases;
 mod completions;
 mod data;
+mod data_args;
 mod error;
 mod eval;
 mod evolve;

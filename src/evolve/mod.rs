@@ -63,6 +63,7 @@ mod settings_check;
 mod settings_draft;
 mod settings_table;
 mod shared;
+mod summary;
 mod threads;
 mod validation;
 
@@ -78,10 +79,11 @@ pub use lock::Lock;
 pub use population::{Genotype, Member, Outcome};
 pub use progress::Progress;
 pub use record::{GenerationTiming, InitialDraws, Record};
-pub use run::{Evolution, RunError, Score, Solved, StopReason, Summary};
+pub use run::{Evolution, RunError, StopReason};
 pub use selection::{Parsimony, SelectionKind};
 pub use settings::{
     Augmentation, Breeding, Creation, Fault, Filter, Islands, Preset, Selection, Settings, SettingsError,
 };
 pub use settings_draft::Draft;
 pub use shared::SharedSet;
+pub use summary::{Score, Solved, Summary};

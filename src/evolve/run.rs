@@ -18,6 +18,7 @@ use super::progress::Progress;
 use super::record::{GenerationTiming, InitialDraws, Record};
 use super::settings::{Settings, SettingsError};
 use super::shared::SharedSet;
+use super::summary::{Score, Solved, Summary};
 use super::validation::{Validation, Verdicts};
 use crate::dataset::Dataset;
 use crate::exec::Executor;
@@ -69,52 +70,6 @@ pub struct Evolution {
     folder: Option<RunFolder>,
     progress: Arc<Progress>,
     save_seconds: f64,
-}
-
-/// The end of a run in numbers.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
-    /// The winner: highest fitness in training, ties broken by fewer nodes, then by which came first; with a
-    /// validation part that of the hall of fame which does best there, ties broken by fewer nodes.
-    pub best: Individual,
-    /// The generation it came up in.
-    pub generation: u32,
-    /// How it does on the training cases as they were given.
-    pub train: Score,
-    /// How it does on all that selection saw, altered copies included; none without augmentation, where it is the same.
-    pub augmented: Option<Score>,
-    /// How it does on the validation cases, if there are any. It was chosen by them.
-    pub validation: Option<Score>,
-    /// How it does on the held-out cases, if there are any.
-    pub holdout: Option<Score>,
-    /// Which cases it solves.
-    pub solved: Solved,
-    /// Complete generations.
-    pub generations: u32,
-    /// Individuals evaluated.
-    pub evaluations: u64,
-}
-
-/// The cases that the winner solves, in the order of the data sets.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Solved {
-    /// Of the training cases as they were given.
-    pub train: CaseBits,
-    /// Of the validation cases.
-    pub validation: Option<CaseBits>,
-    /// Of the held-out cases.
-    pub holdout: Option<CaseBits>,
-}
-
-/// How an individual does on a set of cases.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Score {
-    /// Cases it solves.
-    pub correct: u32,
-    /// Cases there are.
-    pub cases: u32,
-    /// The share of them it solves.
-    pub fitness: f64,
 }
 
 impl Evolution {
@@ -472,12 +427,6 @@ impl Evolution {
     /// If it cannot be evaluated.
     pub fn score(&self, individual: &Individual, data: &Dataset) -> Result<Score, RunError> {
         Ok(Score::of(&self.solved(individual, data)?))
-    }
-}
-
-impl Score {
-    pub(super) fn of(solved: &CaseBits) -> Score {
-        Score { correct: solved.count(), cases: solved.len() as u32, fitness: solved.fitness() }
     }
 }
 

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use super::cases::Cases;
 use super::evaluate::{EvaluateError, Evaluator};
-use super::run::Score;
 use super::settings::Settings;
+use super::summary::Score;
 use crate::dataset::Dataset;
 use crate::exec::Executor;
 use crate::tree::Individual;

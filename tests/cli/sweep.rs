@@ -67,43 +67,10 @@ fn validation_chooses_the_winner_of_a_run() {
     for row in rows(&place, "sweeps/spec/results.csv") {
         let kind = if row["setting"] == "default" { "lexicase" } else { "sharing" };
         let kind = format!("selection.kind={kind}");
-        let flags = [
-            "evolve",
-            "--data",
-            "data",
-            "--train-match",
-            "drive_a*",
-            "--holdout-match",
-            "drive_b*",
-            "--validation",
-            "fold:1/2",
-            "--split-by",
-            "image",
-            "--seed",
-            "5",
-            "--population",
-            "40",
-            "--generations",
-            "3",
-            "--set",
-            "creation.min_depth=2",
-            "--set",
-            "creation.max_depth=4",
-            "--set",
-            "filter.max_draws=30",
-            "--set",
-            "augmentation.mirror=0",
-            "--set",
-            "augmentation.gain=0",
-            "--set",
-            "augmentation.brightness=0",
-            "--set",
-            &kind,
-            "--json",
-            "--quiet",
-            "--out",
-            &row["setting"],
-        ];
+        let parts = ["--train-match", "drive_a*", "--holdout-match", "drive_b*", "--validation", "fold:1/2"];
+        let more =
+            ["--split-by", "image", "--seed", "5", "--tolerance", "10", "--generations", "3", "--set", &kind];
+        let flags = tiny(&[&parts[..], &more, &["--json", "--quiet", "--out", &row["setting"]]].concat());
         let summary: serde_json::Value = serde_json::from_str(&place.ok(&flags)).expect("JSON");
         for part in ["train", "validation", "holdout"] {
             for field in ["correct", "cases"] {
