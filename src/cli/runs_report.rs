@@ -8,6 +8,7 @@ use vsonar::evolve::{Score, Warning};
 use vsonar::statistics::Quartiles;
 
 use super::output::{self, grouped, percent};
+use super::part;
 use super::source::Source;
 use super::sweep::between;
 use super::table::Table;
@@ -111,13 +112,11 @@ impl Report {
         };
         let pooled = Pooled::of(&runs);
         // The held-out cases have no say in it. Programs of different folds are trained on different images.
-        let chosen = |one: &One| one.validation.unwrap_or(one.train).fitness;
-        let best = runs.iter().filter(|_| pooled.is_none()).min_by(|a, b| {
-            (chosen(b).total_cmp(&chosen(a)))
-                .then(b.train.fitness.total_cmp(&a.train.fitness))
-                .then(a.nodes.cmp(&b.nodes))
-                .then(a.seed.cmp(&b.seed))
-        });
+        let rank = |one: &&One| {
+            let chosen = one.validation.unwrap_or(one.train).fitness;
+            part::rank(chosen, one.train.fitness, one.nodes as u64, one.seed)
+        };
+        let best = runs.iter().filter(|_| pooled.is_none()).min_by_key(rank);
         let next = match (best, source.folder(), runs.first()) {
             (Some(best), ..) => best.next.clone(),
             (None, Some(folder), Some(one)) => vec![format!(

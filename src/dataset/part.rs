@@ -252,14 +252,19 @@ mod tests {
     use super::*;
     use crate::dataset::{Case, NamedImage};
 
+    /// A set of one image for each name.
+    fn named(names: &[impl ToString]) -> Dataset {
+        let image =
+            |name: &_| NamedImage { name: ToString::to_string(name), pixels: image::GrayImage::new(16, 16) };
+        let cases = (0..names.len()).map(|image| Case { image, x: 8, y: 8 }).collect();
+        Dataset::new("set", names.iter().map(image).collect(), cases).expect("sound")
+    }
+
     /// Sequences of these lengths, named a, b, c.
     fn set(lengths: &[usize]) -> Dataset {
         let names = lengths.iter().zip("abcdefgh".chars());
         let names = names.flat_map(|(&n, letter)| (0..n).map(move |i| format!("{letter}_{i:02}.png")));
-        let images: Vec<NamedImage> =
-            names.map(|name| NamedImage { name, pixels: image::GrayImage::new(16, 16) }).collect();
-        let cases = (0..images.len()).map(|image| Case { image, x: 8, y: 8 }).collect();
-        Dataset::new("set", images, cases).expect("sound")
+        named(&names.collect::<Vec<_>>())
     }
 
     fn names(set: &Dataset) -> Vec<&str> {
@@ -304,12 +309,9 @@ mod tests {
 
     #[test]
     fn photographs_that_are_no_sequence_are_held_out_too() {
-        let images = (0..8).map(|i| NamedImage {
-            name: format!("{}.png", ["hall", "lab", "door", "desk", "bin", "box", "leg", "wall"][i]),
-            pixels: image::GrayImage::new(16, 16),
-        });
-        let cases = (0..8).map(|image| Case { image, x: 8, y: 8 }).collect();
-        let set = Dataset::new("photos", images.collect(), cases).expect("sound");
+        let photos =
+            ["hall", "lab", "door", "desk", "bin", "box", "leg", "wall"].map(|name| format!("{name}.png"));
+        let set = named(&photos);
         let (rest, held) = set.hold_out(&part("25%"), Unit::Stretch, 2).expect("possible");
         assert_eq!((rest.images().len(), held.images().len()), (6, 2));
     }
@@ -359,14 +361,6 @@ mod tests {
         assert!(cause(&one, "1%", Unit::Stretch).contains("larger"));
         assert!(cause(&one, "90%", Unit::Stretch).contains("smaller"));
         assert!(cause(&one, "group:b", Unit::Stretch).contains("no group `b`; there are a_"));
-    }
-
-    /// Sets of one image for each name.
-    fn named(names: &[&str]) -> Dataset {
-        let image =
-            |name: &&str| NamedImage { name: name.to_string(), pixels: image::GrayImage::new(16, 16) };
-        let cases = (0..names.len()).map(|image| Case { image, x: 8, y: 8 }).collect();
-        Dataset::new("set", names.iter().map(image).collect(), cases).expect("sound")
     }
 
     #[test]

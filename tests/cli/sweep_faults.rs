@@ -23,6 +23,17 @@ fn faults_of_the_file_are_named_with_place_and_remedy() {
         ([SMALL, ONE].concat(), 1, "[[data]]"),
         (after(DATA), 17, "two data sets"),
         (after("[[data]]\nname = \"x\"\n"), 16, "[data.folder]"),
+        (
+            sound.replace("train_match = \"drive_a*\"\n", ""),
+            8,
+            "`made up`: `holdout_match` needs `train_match`",
+        ),
+        (sound.replace("train_match", "holdout_part = \"25%\"\ntrain_match"), 8, "only one can be given"),
+        (
+            sound.replace("train_match", "validation_part = \"250%\"\ntrain_match"),
+            8,
+            "`validation_part`: `250%`",
+        ),
         (after("[[data]]\nname = \"x\"\nfolder.train = \"a\"\nfolder.trian = \"b\"\n"), 19, "trian"),
         (after("[[data]]\nname = \" x\"\nsynthetic = {}\n"), 17, "name"),
         (after(ONE), 16, "two settings `default`"),

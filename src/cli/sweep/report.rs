@@ -7,6 +7,7 @@ use serde::Serialize;
 use vsonar::statistics::{A12, Magnitude, Quartiles, a12, holm, rank_sum};
 
 use super::super::output::{duration, grouped, percent};
+use super::super::part::rank;
 use super::super::table::Table;
 use super::row::{Part, Row};
 
@@ -89,12 +90,7 @@ fn of_part<T: Copy>(part: Part, train: T, validation: T, holdout: T) -> T {
 /// in training, then the smallest, then the first.
 fn chosen(rows: &[&Row]) -> Option<f64> {
     let validated = rows.iter().filter_map(|row| Some((row.validation_fitness?, row)));
-    let (_, best) = validated.min_by(|(a, one), (b, other)| {
-        (b.total_cmp(a))
-            .then(other.train_fitness.total_cmp(&one.train_fitness))
-            .then(one.nodes.cmp(&other.nodes))
-            .then(one.seed.cmp(&other.seed))
-    })?;
+    let (_, best) = validated.min_by_key(|(v, row)| rank(*v, row.train_fitness, row.nodes, row.seed))?;
     best.holdout_fitness
 }
 

@@ -180,6 +180,7 @@ fn data(file: &File<'_>, path: &Path, raw: Vec<Spanned<RawData>>) -> Result<Vec<
                 return Err(file.fault(at, text));
             }
         };
+        source.check().map_err(|e| file.fault(at, format!("the data set `{name}`: {e}")))?;
         if !names.insert(name.clone()) {
             return Err(
                 file.fault(spanned.span().start, format!("there are two data sets `{name}`; rename one"))
