@@ -43,8 +43,8 @@ fn seen(place: &Place, arguments: &[&str], columns: u16) -> String {
 #[test]
 fn a_terminal_shows_signs_of_life_and_keeps_a_warning() {
     let place = Place::new();
-    // Slow enough to be drawn more than once.
-    let slow = ["--executor", "tree", "--threads", "1", "--population", "400"];
+    // A second and more, where lines are drawn every 0.15 s.
+    let slow = ["--executor", "tree", "--threads", "1", "--population", "4000", "--trees", "2"];
     let text = seen(&place, &tiny(&[HOPELESS, &slow].concat()), 200);
     for part in
         ["generation ", "behaviours, the largest ", " constant, entropy ", " nodes", "drive_", " column "]
