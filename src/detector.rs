@@ -161,3 +161,52 @@ impl Detector for CompiledDetector {
         Ok(())
     }
 }
+
+/// How a robot moved between two frames, by its wheels.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Motion {
+    /// Metres forward.
+    pub forward: f64,
+    /// Radians to the left.
+    pub turn: f64,
+}
+
+/// A detector that may remember the earlier frames of a sequence. Every [`Detector`] is one that does not.
+pub trait SequenceDetector {
+    /// Width and height of the images it takes, in pixels.
+    fn size(&self) -> (u32, u32);
+
+    /// Forgets all frames: another sequence begins.
+    fn restart(&mut self);
+
+    /// As [`Detector::detect`], for the next frame of the sequence. `motion` is how the robot moved since the frame
+    /// before, where that is known.
+    ///
+    /// # Errors
+    /// As [`Detector::detect`].
+    fn next(
+        &mut self,
+        image: &GrayImage,
+        motion: Option<Motion>,
+        columns: &[u32],
+        rows: &mut [f32],
+    ) -> Result<(), DetectError>;
+}
+
+impl<D: Detector> SequenceDetector for D {
+    fn size(&self) -> (u32, u32) {
+        (self.width(), self.height())
+    }
+
+    fn restart(&mut self) {}
+
+    fn next(
+        &mut self,
+        image: &GrayImage,
+        _: Option<Motion>,
+        columns: &[u32],
+        rows: &mut [f32],
+    ) -> Result<(), DetectError> {
+        self.detect(image, columns, rows)
+    }
+}

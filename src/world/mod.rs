@@ -31,6 +31,7 @@ pub mod camera;
 pub mod geometry;
 pub mod light;
 pub mod noise;
+pub mod office;
 mod outline;
 mod path;
 pub mod render;
