@@ -77,12 +77,16 @@ pub(crate) fn run(args: &Args, runs: u16) -> Result<(), CliError> {
         })?;
     }
     drop(meter);
+    done.sort_by_key(|one| (one.fold, one.seed));
     if stop.load(Ordering::Relaxed) && done.len() < total {
         let begun = begun.into_inner().unwrap_or_else(PoisonError::into_inner);
-        return Err(interrupted(args, &all, total, &done, &begun));
+        let interrupted = interrupted(args, &all, total, &done, &begun);
+        if args.json {
+            output::print_json(&Report::of(done, &source, total))?;
+        }
+        return Err(interrupted);
     }
-    done.sort_by_key(|one| (one.fold, one.seed));
-    let report = Report::of(done, &source);
+    let report = Report::of(done, &source, total);
     if args.json { output::print_json(&report) } else { output::print(&report.to_string()) }
 }
 

@@ -70,6 +70,8 @@ const PARTS: [&str; 3] = ["training", "validation", "held out"];
 /// All runs, as text and as JSON.
 #[derive(Debug, Serialize)]
 pub(crate) struct Report {
+    /// How many runs were asked for; fewer are complete after an interruption.
+    asked: usize,
     runs: Vec<One>,
     train: Option<Quartiles>,
     validation: Option<Quartiles>,
@@ -106,7 +108,7 @@ impl Pooled {
 }
 
 impl Report {
-    pub(crate) fn of(runs: Vec<One>, source: &Source) -> Report {
+    pub(crate) fn of(runs: Vec<One>, source: &Source, asked: usize) -> Report {
         let quartiles = |part: usize| {
             Quartiles::of(&runs.iter().filter_map(|one| Some(one.part(part)?.fitness)).collect::<Vec<_>>())
         };
@@ -127,6 +129,7 @@ impl Report {
             _ => Vec::new(),
         };
         Report {
+            asked,
             train: quartiles(0),
             validation: quartiles(1),
             holdout: quartiles(2),

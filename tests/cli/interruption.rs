@@ -63,6 +63,25 @@ fn ctrl_c_in_the_first_generation_can_be_resumed() {
 }
 
 #[test]
+fn ctrl_c_among_several_runs_leaves_those_that_are_complete() {
+    let place = Place::new();
+    let several = ["--runs", "3", "--jobs", "1", "--executor", "tree", "--out", "several", "--json"];
+    let mut command = place.command(&tiny(&[SLOW, &several].concat()));
+    let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
+    // The second run begins once the first is complete.
+    wait_until("the second run", || place.path("several/seed-2/log.jsonl").exists());
+    interrupt(&run);
+    let output = run.wait_with_output().expect("it ends");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(said.contains("interrupted with"), "{said}");
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let complete = json["runs"].as_array().expect("a list");
+    assert_eq!((json["asked"].as_u64(), complete[0]["seed"].as_u64()), (Some(3), Some(1)), "{json}");
+    assert!(complete.len() < 3, "{json}");
+}
+
+#[test]
 fn ctrl_c_ends_a_benchmark() {
     let place = Place::new();
     let flags = ["--data", "data", "--preset", "paper", "--population", "60", "--generations", "0,1"];
