@@ -74,7 +74,7 @@ fn impossible_values() {
         ("[selection]\ntournament = 0", "2:14", "selection.tournament"),
         ("[filter]\nmax_draws = 0", "2:13", "filter.max_draws"),
         ("[breeding]\nsubtree_mutation_probability = -0.1", "2:32", "breeding.subtree_mutation_probability"),
-        ("[breeding]\npoint_mutation_probability = 0.21", "2:30", "breeding.point_mutation_probability"),
+        ("[breeding]\npoint_mutation_probability = 0.55", "2:30", "breeding.point_mutation_probability"),
         ("[breeding]\nconstant_mutation_probability = nan", "2:33", "breeding.constant_mutation_probability"),
         ("[breeding]\nhoist_mutation_probability = 2", "2:30", "breeding.hoist_mutation_probability"),
         ("[breeding]\nmutation_depth = 0", "2:18", "breeding.mutation_depth"),
@@ -108,12 +108,12 @@ fn impossible_values() {
 /// Each mutation takes its share of what crossover leaves.
 #[test]
 fn operators_share_one_probability() {
-    let e = error("[breeding]\nsubtree_mutation_probability = 0.08\nhoist_mutation_probability = 0.14\n");
+    let e = error("[breeding]\nsubtree_mutation_probability = 0.08\nhoist_mutation_probability = 0.48\n");
     assert!(
-        e.starts_with("my.toml:3:30: ") && e.contains("`breeding.hoist_mutation_probability` is 0.14"),
+        e.starts_with("my.toml:3:30: ") && e.contains("`breeding.hoist_mutation_probability` is 0.48"),
         "{e}"
     );
-    assert!(e.contains("at most 0.120000") && e.contains("`breeding.crossover_probability`"), "{e}");
+    assert!(e.contains("at most 0.460000") && e.contains("`breeding.crossover_probability`"), "{e}");
     // The roundings of tenths are no fault.
     let text = "[breeding]\ncrossover_probability = 0.6\nsubtree_mutation_probability = 0.1\n\
                 point_mutation_probability = 0.1\nconstant_mutation_probability = 0.1\n\
@@ -183,9 +183,9 @@ fn a_draft_is_checked_at_the_end() {
     shallow.change("creation.max_depth", |s| s.creation.max_depth = 9);
     let e = shallow.finish().expect_err("too deep").to_string();
     assert!(e.starts_with("the setting `creation.min_depth` is 10"), "{e}");
-    draft.change("creation.max_depth", |s| s.creation.max_depth = 12);
+    draft.change("creation.max_depth", |s| s.creation.max_depth = 10);
     let mut expected = Settings::default_preset();
-    (expected.creation.min_depth, expected.creation.max_depth) = (10, 12);
+    (expected.creation.min_depth, expected.creation.max_depth) = (10, 10);
     assert_eq!(draft.clone().finish().expect("sound"), expected);
     // A preset replaces everything.
     draft.lay_over("preset = \"paper\"", "y").expect("a preset");
