@@ -74,8 +74,7 @@ fn averages(image: &GrayImage, x: u32, (width, height): (u32, u32)) -> impl Iter
     let half = (width / 2) as isize;
     let columns = (x as isize - half).max(0)..=(x as isize + half).min(image_width - 1);
     let area = columns.clone().count() as f64 * f64::from(height);
-    let row_sum =
-        move |y: isize| columns.clone().map(|x| sobel(|dx, dy| pixel(x + dx, y + dy))).sum::<i32>();
+    let row_sum = move |y: isize| columns.clone().map(|x| sobel(|dx, dy| pixel(x + dx, y + dy))).sum::<i32>();
     let half = (height / 2) as isize;
     let mut sum: i32 = (rows - 2 * half..rows).map(&row_sum).sum();
     (half..rows - half).rev().map(move |y| {

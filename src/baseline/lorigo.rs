@@ -185,8 +185,7 @@ impl Lorigo {
             for (i, &(bins, window, quarters)) in shapes.iter().enumerate() {
                 let Some((_, view)) = views.iter().find(|(b, _)| *b == bins) else { continue };
                 for case in cases {
-                    let first =
-                        |module| view.first(module, bins, case.x, window, quarters, &thresholds);
+                    let first = |module| view.first(module, bins, case.x, window, quarters, &thresholds);
                     let (intensity, gradient) = (first(Module::Intensity), first(Module::Gradient));
                     for (j, &(combination, at)) in combinations.iter().enumerate() {
                         for threshold in 0..THRESHOLDS {

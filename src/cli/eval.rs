@@ -4,14 +4,16 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use vsonar::dataset::{BestConstant, Constants, Dataset, TOLERANCE};
+use vsonar::dataset::{BestConstant, Constants, Dataset, TOLERANCE, Transience};
 use vsonar::evolve::is_correct;
 use vsonar::tree::{Individual, Shortest};
 
 use super::CliError;
+use super::against::{self, Comparison, Rivals};
+use super::cases::Cases;
 use super::executor::{Choice, answers};
 use super::memory::MemoryArgs;
-use super::output::{self, percent};
+use super::output::{self, count, percent};
 use super::sensitivity;
 use super::settings::SettingsFile;
 use super::source::Source;
@@ -24,6 +26,8 @@ Examples:
   vsonar eval runs/photos-seed-1 --part validation
   vsonar eval best.gp --data photos --answers answers.csv
   vsonar eval best.gp --data photos --sensitivity
+  vsonar eval runs/photos-seed-1 --against all
+  vsonar eval best.gp --data photos --match 'run_C*' --tune-on photos --tune-on-match 'run_[AB]*' --against all
 
 An answer is correct within the tolerance of the label. Too near: it sees the obstacle lower in the image than it
 is, so nearer to the camera. Too far: higher. An answer that is no finite number is wrong too, and counted apart.";
@@ -32,8 +36,9 @@ is, so nearer to the camera. Too far: higher. An answer that is no finite number
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The program, a .gp file; or a run folder, for its best program on its own data
-    program: PathBuf,
+    /// The program, a .gp file; or a run folder, for its best program on its own data; not needed with `--against`
+    #[arg(required_unless_present = "against")]
+    program: Option<PathBuf>,
     /// Folder with `labels.csv` and the images it names [default: the data of the run folder]
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
@@ -62,6 +67,16 @@ pub(crate) struct Args {
     /// Down by 10 pixels is about what a camera of 320 pixels and 90 degrees shows that is pitched up by 3.6 degrees.
     #[arg(long, conflicts_with = "answers")]
     sensitivity: bool,
+    /// Compare with detectors of the literature, tuned on the training images: all, or some of constant, gradient, polly,
+    /// lorigo and ulrich, as polly,ulrich
+    #[arg(long, value_name = "NAMES", conflicts_with_all = ["answers", "sensitivity"])]
+    against: Option<Rivals>,
+    /// Folder with the images that the rivals are tuned on [default: the training images of the run folder]
+    #[arg(long, value_name = "DIR", requires = "against")]
+    tune_on: Option<PathBuf>,
+    /// Only the images of it whose names match this pattern, e.g. 'run_[AB]*'
+    #[arg(long, value_name = "GLOB", requires = "tune_on")]
+    tune_on_match: Option<String>,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
@@ -90,53 +105,97 @@ enum RunPart {
     Holdout,
 }
 
-/// The file of the program, the cases it is to be run on, and what counts as correct.
+/// The cases that are asked about, and what counts as correct.
 struct What {
-    program: PathBuf,
     set: Dataset,
     tolerance: f64,
+    /// The training cases and what they are called, if they are known and needed.
+    train: Option<(PathBuf, Dataset)>,
+}
+
+/// The file of the program.
+fn file(program: &Path) -> PathBuf {
+    if program.is_dir() { program.join("best.gp") } else { program.to_path_buf() }
+}
+
+/// The folder of the run that a program is of, if it is given as its folder or is in it.
+fn run_of(program: &Path) -> Option<PathBuf> {
+    let folder = if program.is_dir() { program } else { program.parent()? };
+    folder.join("settings.toml").is_file().then(|| folder.to_path_buf())
+}
+
+fn load(dir: &Path, pattern: Option<&String>) -> Result<Dataset, CliError> {
+    let set = Dataset::load(dir)?;
+    Ok(match pattern {
+        Some(pattern) => set.select(pattern)?,
+        None => set,
+    })
 }
 
 fn what(args: &Args) -> Result<What, CliError> {
-    let run = args.program.is_dir();
-    let program = if run { args.program.join("best.gp") } else { args.program.clone() };
+    let folder = args.program.as_deref().filter(|program| program.is_dir());
+    let data = args.data.as_deref().map(|data| load(data, args.pattern.as_ref())).transpose()?;
+    let tune_on = args.tune_on.as_deref();
+    let tune_on =
+        tune_on.map(|dir| Ok::<_, CliError>((dir.to_path_buf(), load(dir, args.tune_on_match.as_ref())?)));
+    let mut train = tune_on.transpose()?;
     let mut tolerance = TOLERANCE;
-    let set = match (&args.data, run) {
-        (Some(data), _) => {
-            let set = Dataset::load(data)?;
-            match &args.pattern {
-                Some(pattern) => set.select(pattern)?,
-                None => set,
-            }
-        }
-        (None, true) => {
-            let file = SettingsFile::read(&args.program.join("settings.toml"))?;
-            let settings = file.recorded()?;
-            tolerance = settings.tolerance;
-            part_of_run(&args.program, &file, settings.generations, args.part)?
-        }
-        (None, false) if !program.exists() => {
-            let text =
-                format!("{}: there is neither a program nor a run folder; check the path", program.display());
-            return Err(CliError::Failed(text));
-        }
-        (None, false) => {
-            let text = format!("{} is no run folder, so `--data` has to say which images", program.display());
-            return Err(CliError::Usage(text));
-        }
+    let needs_train = args.against.is_some() && train.is_none();
+    let run = match (&data, needs_train) {
+        (Some(_), false) => None,
+        (Some(_), true) => args.program.as_deref().and_then(run_of),
+        (None, _) => folder.map(Path::to_path_buf),
     };
-    Ok(What { program, set, tolerance: args.tolerance.unwrap_or(tolerance) })
+    let set = match (data, run) {
+        (Some(set), None) => set,
+        (Some(set), Some(run)) => {
+            let (cases, settings) = cases_of_run(&run)?;
+            tolerance = settings.tolerance;
+            train = Some((run.join("train"), cases.train));
+            set
+        }
+        (None, Some(run)) => {
+            let (cases, settings) = cases_of_run(&run)?;
+            tolerance = settings.tolerance;
+            if needs_train {
+                train = Some((run.join("train"), cases.train.clone()));
+            }
+            part_of_run(&run, cases, settings.generations, args.part)?
+        }
+        (None, None) => return Err(no_data(args.program.as_deref())),
+    };
+    Ok(What { set, tolerance: args.tolerance.unwrap_or(tolerance), train })
+}
+
+/// Nothing says which images.
+fn no_data(program: Option<&Path>) -> CliError {
+    match program {
+        Some(program) if !program.exists() => CliError::Failed(format!(
+            "{}: there is neither a program nor a run folder; check the path",
+            program.display()
+        )),
+        Some(program) => CliError::Usage(format!(
+            "{} is no run folder, so `--data` has to say which images",
+            program.display()
+        )),
+        None => CliError::Usage("without a run folder `--data` has to say which images".to_string()),
+    }
+}
+
+fn cases_of_run(run: &Path) -> Result<(Cases, vsonar::evolve::Settings), CliError> {
+    let file = SettingsFile::read(&run.join("settings.toml"))?;
+    let table = file.data().cloned().unwrap_or_default();
+    let cases = Source::from_table(&table, file.path())?.load()?;
+    cases.check(&table, run)?;
+    Ok((cases, file.recorded()?))
 }
 
 fn part_of_run(
     run: &Path,
-    file: &SettingsFile,
+    cases: Cases,
     generations: u32,
     part: Option<RunPart>,
 ) -> Result<Dataset, CliError> {
-    let table = file.data().cloned().unwrap_or_default();
-    let cases = Source::from_table(&table, file.path())?.load()?;
-    cases.check(&table, run)?;
     // The held-out part of a run that is not complete is not looked at by accident.
     let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap_or_default();
     let complete = log.lines().count() >= generations as usize;
@@ -225,6 +284,8 @@ struct Report {
     constant: Floor,
     columns: Vec<Column>,
     images: Vec<Image>,
+    /// How long errors last; none without sequences.
+    transience: Option<Transience>,
     #[serde(skip_serializing_if = "Option::is_none")]
     sensitivity: Option<Vec<sensitivity::Row>>,
 }
@@ -236,8 +297,15 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         let text = "`--answers -` and `--json` both write to standard output; give the answers a file";
         return Err(CliError::Usage(text.to_string()));
     }
-    let What { program, set, tolerance } = what(&args)?;
-    let individual = Individual::load(&program)?;
+    let What { set, tolerance, train } = what(&args)?;
+    let program = args.program.as_deref().map(file);
+    let individual = program.as_deref().map(Individual::load).transpose()?;
+    if let Some(rivals) = &args.against {
+        return compare(&args, rivals, program.as_deref().zip(individual.as_ref()), (&set, train), tolerance);
+    }
+    let (Some(program), Some(individual)) = (program, individual) else {
+        return Err(no_data(None));
+    };
     let executor = args.executor.make()?;
     args.memory.check([&set])?;
     let answers = answers(&*executor, &individual, &set)?;
@@ -254,6 +322,28 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         report.sensitivity = Some(rows);
     }
     if args.json { output::print_json(&report) } else { output::print(&text(&report)) }
+}
+
+/// Compares with rivals.
+fn compare(
+    args: &Args,
+    rivals: &Rivals,
+    program: Option<(&Path, &Individual)>,
+    (set, train): (&Dataset, Option<(PathBuf, Dataset)>),
+    tolerance: f64,
+) -> Result<(), CliError> {
+    let Some((train_at, train)) = train else {
+        let text = "`--against` has to know what to tune the rivals on: give a run folder, whose training images they are \
+                    then, or `--tune-on DIR`";
+        return Err(CliError::Usage(text.to_string()));
+    };
+    let comparison = Comparison {
+        program: program.map(|(path, individual)| (path.to_path_buf(), individual)),
+        train: (train_at, &train),
+        test: (args.data.clone().unwrap_or_else(|| set.name().into()), set),
+        tolerance,
+    };
+    against::run(&comparison, rivals, args.json)
 }
 
 /// The answers as CSV, in the order of the cases.
@@ -294,6 +384,7 @@ fn report(args: &Args, program: PathBuf, tolerance: f64, set: &Dataset, answers:
         },
         columns: constants.columns().iter().map(column).collect(),
         images: set.images().iter().enumerate().map(image).collect(),
+        transience: Transience::of(set, answers, tolerance),
         sensitivity: None,
     }
 }
@@ -316,11 +407,29 @@ fn text(report: &Report) -> String {
         percent(report.constant.per_column_fitness),
         percent(report.constant.fitness),
     );
+    if let Some(transience) = &report.transience {
+        let _ = writeln!(out, "{}\n", lasting(transience));
+    }
     match &report.sensitivity {
         Some(rows) => out += &sensitivity::text(rows),
         None => parts(report, &mut out),
     }
     out
+}
+
+/// How long errors last, for people.
+fn lasting(transience: &Transience) -> String {
+    let median = format!("With a median over three frames: {}", percent(transience.median_fitness));
+    let Some((longest, single)) = transience.longest.as_ref().zip(transience.single_errors()) else {
+        return median;
+    };
+    let frames = count(longest.frames as u64, "labelled frame");
+    format!(
+        "Errors that are gone in the next labelled frame: {}; the longest lasts {frames}: column {} from {} on\n{median}",
+        percent(single),
+        longest.column,
+        longest.image
+    )
 }
 
 /// The tables of columns and of images with errors.
