@@ -54,18 +54,29 @@ impl Plane {
 
     fn weighted<const N: usize>(&self, weights: [i32; N]) -> Plane {
         let total: i32 = weights.iter().sum();
-        let middle = (N / 2) as isize;
-        let along = |plane: &Plane, right: isize, down: isize| {
-            let sum = |x: isize, y: isize| -> i32 {
-                let value = |(i, w): (usize, &i32)| {
-                    let step = i as isize - middle;
-                    w * plane.at(x + right * step, y + down * step)
-                };
-                weights.iter().enumerate().map(value).sum()
-            };
-            plane.map_places(|x, y| (sum(x, y) + total / 2) / total)
-        };
-        along(&along(self, 1, 0), 0, 1)
+        let (width, height, middle) = (self.width, self.height, N / 2);
+        let mut along = Vec::with_capacity(self.values.len());
+        let mut padded = Vec::with_capacity(width + N);
+        for row in self.values.chunks_exact(width) {
+            padded.clear();
+            padded.extend(std::iter::repeat_n(row[0], middle));
+            padded.extend_from_slice(row);
+            padded.extend(std::iter::repeat_n(row[width - 1], middle));
+            let sum = |window: &[i32]| weights.iter().zip(window).map(|(w, v)| w * v).sum::<i32>();
+            along.extend(padded.windows(N).map(|window| (sum(window) + total / 2) / total));
+        }
+        let mut values = Vec::with_capacity(self.values.len());
+        let mut sums = vec![0; width];
+        for y in 0..height {
+            sums.fill(total / 2);
+            for (i, weight) in weights.iter().enumerate() {
+                let y = (y + i).saturating_sub(middle).min(height - 1);
+                let row = &along[y * width..][..width];
+                sums.iter_mut().zip(row).for_each(|(sum, v)| *sum += weight * v);
+            }
+            values.extend(sums.iter().map(|sum| sum / total));
+        }
+        Plane { width, height, values }
     }
 
     /// The magnitude of the gradient by Sobel's masks at every place.
@@ -127,6 +138,8 @@ mod tests {
         for smooth in [plane.smoothed(), plane.blurred()] {
             assert_eq!(smooth.at(8, 8), plane.at(8, 8));
         }
+        assert_eq!(plane.smoothed().at(0, 8), plane.at(0, 8) + 5 * LEVEL / 4, "the border is replicated");
+        assert_eq!(plane.smoothed().at(8, 15), plane.at(8, 15) - 3 * LEVEL / 4);
         let step = GrayImage::from_fn(16, 16, |_, y| image::Luma([if y < 8 { 160 } else { 0 }]));
         let step = Plane::reduced(&step, 1);
         assert_eq!([step.smoothed().at(5, 8), step.smoothed().at(5, 7)], [40 * LEVEL, 120 * LEVEL]);

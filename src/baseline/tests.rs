@@ -51,6 +51,12 @@ fn names_are_found() {
 }
 
 #[test]
+fn a_tuned_rival_may_go_to_another_thread() {
+    fn sendable<T: Send + Sync + Clone + 'static>() {}
+    sendable::<Tuned>();
+}
+
+#[test]
 fn what_was_counted_in_tuning_is_what_the_detector_answers() {
     // Two sequences of unequal length in the table's own order, a floor that changes.
     let set = drive(11, foot, |i, x, y, floor| {

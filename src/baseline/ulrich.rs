@@ -13,18 +13,19 @@
 use std::collections::VecDeque;
 
 use image::GrayImage;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::check;
 use super::pixels::{LEVEL, Plane, scaled};
 use super::tune::{Choice, Tally, ladder};
-use crate::dataset::Dataset;
+use crate::dataset::{Dataset, NamedImage};
 use crate::detector::{DetectError, Motion, SequenceDetector};
 
 /// Numbers of bins that are tried.
 const BINS: [usize; 3] = [16, 32, 64];
 /// Lower width, upper width and height of the trapezoids that are tried, in hundredths of the image's width and height.
-const TRAPEZOIDS: [(u32, u32, u32); 3] = [(50, 30, 15), (70, 40, 25), (90, 60, 35)];
+const TRAPEZOIDS: [(u32, u32, u32); 4] = [(30, 20, 8), (50, 30, 15), (70, 40, 25), (90, 60, 35)];
 /// Frames after which a candidate becomes a reference, where nobody tells how the robot moved.
 const DELAYS: [u32; 3] = [1, 2, 4];
 /// Most references that are kept.
@@ -167,7 +168,7 @@ impl Ulrich {
         &self.settings
     }
 
-    /// The best of its grid on these cases, without odometry: 16, 32 or 64 bins, three trapezoids, candidates of 1, 2 or 4
+    /// The best of its grid on these cases, without odometry: 16, 32 or 64 bins, four trapezoids, candidates of 1, 2 or 4
     /// frames ago, at most 1, 4 or 16 references, four rules of support, 16 thresholds from 0.0002 to 0.1.
     pub(super) fn tune(set: &Dataset, tolerance: f64) -> (Ulrich, Choice) {
         let thresholds = thresholds();
@@ -206,8 +207,7 @@ impl Ulrich {
         let shapes: Vec<(usize, (u32, u32, u32))> =
             BINS.iter().flat_map(|&bins| TRAPEZOIDS.map(|trapezoid| (bins, trapezoid))).collect();
         let histograms: Vec<Vec<Histogram>> = {
-            use rayon::prelude::*;
-            let of = |image: &crate::dataset::NamedImage| {
+            let of = |image: &NamedImage| {
                 let views = BINS.map(|bins| view(&image.pixels, bins));
                 let of = |(i, &(bins, shape)): (usize, &(usize, _))| {
                     histogram(&views[i / TRAPEZOIDS.len()], bins, shape)

@@ -1,7 +1,7 @@
 //! `vsonar eval --against`: an evolved program beside the rivals of the literature, in one table.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::Serialize;
@@ -9,10 +9,11 @@ use vsonar::baseline::{Rival, Tuned, UnknownRival};
 use vsonar::dataset::{Constants, Dataset, Transience};
 use vsonar::detector::{CompiledDetector, SequenceDetector};
 use vsonar::evolve::{CaseBits, is_correct};
+use vsonar::exec::Executor;
 use vsonar::tree::Individual;
 
 use super::CliError;
-use super::executor::with_stack;
+use super::executor::{answers, with_stack};
 use super::output::{self, count, percent};
 use super::part::Part;
 use super::table::Table;
@@ -34,14 +35,22 @@ impl std::str::FromStr for Rivals {
     }
 }
 
+/// Images, and what people call them.
+pub(super) struct Named {
+    pub(super) name: String,
+    pub(super) set: Dataset,
+}
+
 /// What is compared, and on what.
 pub(super) struct Comparison<'a> {
     /// The evolved program and its file, if there is one.
-    pub(super) program: Option<(PathBuf, &'a Individual)>,
-    /// What the rivals are tuned on, and where it is from.
-    pub(super) train: (PathBuf, &'a Dataset),
-    /// What all are tested on, and where it is from.
-    pub(super) test: (PathBuf, &'a Dataset),
+    pub(super) program: Option<(&'a Path, &'a Individual)>,
+    /// What runs it.
+    pub(super) executor: &'a dyn Executor,
+    /// What the rivals are tuned on.
+    pub(super) train: &'a Named,
+    /// What all are tested on.
+    pub(super) test: &'a Named,
     pub(super) tolerance: f64,
 }
 
@@ -58,7 +67,7 @@ struct Scored {
 /// A line of the table.
 #[derive(Debug, Clone, Serialize)]
 struct Row {
-    detector: String,
+    detector: &'static str,
     source: Option<&'static str>,
     /// The tuned settings in words, and how many were tried.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -76,8 +85,8 @@ struct Row {
 #[derive(Debug, Clone, Serialize)]
 struct Report {
     program: Option<PathBuf>,
-    tuned_on: PathBuf,
-    tested_on: PathBuf,
+    tuned_on: String,
+    tested_on: String,
     tolerance: f64,
     /// Whether test and training are the same cases.
     same: bool,
@@ -89,7 +98,7 @@ struct Report {
 
 /// Tunes the rivals, tests all, and prints the table.
 pub(super) fn run(comparison: &Comparison, rivals: &Rivals, json: bool) -> Result<(), CliError> {
-    let (train, test) = (comparison.train.1, comparison.test.1);
+    let (train, test) = (&comparison.train.set, &comparison.test.set);
     let size = |set: &Dataset| (set.width(), set.height());
     if size(train) != size(test) {
         let text = format!(
@@ -101,31 +110,43 @@ pub(super) fn run(comparison: &Comparison, rivals: &Rivals, json: bool) -> Resul
         );
         return Err(CliError::Failed(text));
     }
-    let report = with_stack(|| report(comparison, rivals))??;
+    let report = report(comparison, rivals)?;
     if json { output::print_json(&report) } else { output::print(&text(&report)) }
 }
 
 fn report(comparison: &Comparison, rivals: &Rivals) -> Result<Report, CliError> {
-    let ((train_at, train), (test_at, test)) = (&comparison.train, &comparison.test);
+    let (train, test) = (&comparison.train.set, &comparison.test.set);
     let mut detectors = Vec::new();
-    if let Some((_, individual)) = &comparison.program {
-        let mut detector = CompiledDetector::compile_individual(individual, test.width(), test.height())?;
-        let row = Row::of("evolved".to_string(), None, &mut detector, comparison)?;
-        detectors.push(row);
+    if let Some((_, individual)) = comparison.program {
+        detectors.push(Row::evolved(individual, comparison)?);
     }
     for &rival in &rivals.0 {
         let mut tuned = rival.tune(train, comparison.tolerance);
-        let row = Row::of(rival.name().to_string(), rival.source(), &mut tuned, comparison)?;
-        let (described, tried) = (Some(tuned.describe()), Some(tuned.tried()));
-        detectors.push(Row { tuned: described, tried, settings: Some(tuned), ..row });
+        let scored = |detector: &mut dyn SequenceDetector, set| -> Result<Scored, CliError> {
+            let answers = vsonar::baseline::answers(detector, set)?;
+            Ok(Scored::of(set, &answers, comparison.tolerance))
+        };
+        let training = scored(&mut tuned, train)?;
+        let mut timed = Timed { detector: &mut tuned, seconds: Vec::new() };
+        let tested = scored(&mut timed, test)?;
+        detectors.push(Row {
+            detector: rival.name(),
+            source: rival.source(),
+            microseconds: timed.microseconds(),
+            tuned: Some(tuned.describe()),
+            tried: Some(tuned.tried()),
+            settings: Some(tuned),
+            training,
+            test: tested,
+        });
     }
     let known: std::collections::HashSet<&[u8]> =
         train.images().iter().map(|image| image.pixels.as_raw().as_slice()).collect();
     let shared = test.images().iter().filter(|image| known.contains(image.pixels.as_raw().as_slice()));
     Ok(Report {
-        program: comparison.program.as_ref().map(|(path, _)| path.clone()),
-        tuned_on: train_at.clone(),
-        tested_on: test_at.clone(),
+        program: comparison.program.map(|(path, _)| path.to_path_buf()),
+        tuned_on: comparison.train.name.clone(),
+        tested_on: comparison.test.name.clone(),
         tolerance: comparison.tolerance,
         same: train.fingerprint() == test.fingerprint(),
         shared_images: shared.count(),
@@ -135,31 +156,28 @@ fn report(comparison: &Comparison, rivals: &Rivals) -> Result<Report, CliError> 
 }
 
 impl Row {
-    fn of(
-        name: String,
-        source: Option<&'static str>,
-        detector: &mut dyn SequenceDetector,
-        comparison: &Comparison,
-    ) -> Result<Row, CliError> {
-        let (train, test) = (comparison.train.1, comparison.test.1);
-        let mut timed = Timed { detector, seconds: Vec::new() };
-        let mut score = |set| -> Result<Scored, CliError> {
-            timed.seconds.clear();
-            let answers = vsonar::baseline::answers(&mut timed, set)?;
+    /// The evolved program. Its answers are the executor's; its time is that of native code, if there is any here.
+    fn evolved(individual: &Individual, comparison: &Comparison) -> Result<Row, CliError> {
+        let score = |set| -> Result<Scored, CliError> {
+            let answers = answers(comparison.executor, individual, set)?;
             Ok(Scored::of(set, &answers, comparison.tolerance))
         };
-        let (training, test) = (score(train)?, score(test)?);
-        timed.seconds.sort_by(f64::total_cmp);
-        let median = timed.seconds.get(timed.seconds.len() / 2).map(|seconds| 1e6 * seconds);
+        let test = &comparison.test.set;
+        let time = || -> Option<f64> {
+            let compiled = CompiledDetector::compile_individual(individual, test.width(), test.height());
+            let mut timed = Timed { detector: &mut compiled.ok()?, seconds: Vec::new() };
+            vsonar::baseline::answers(&mut timed, test).ok()?;
+            timed.microseconds()
+        };
         Ok(Row {
-            detector: name,
-            source,
+            detector: "evolved",
+            source: None,
             tuned: None,
             settings: None,
             tried: None,
-            training,
-            test,
-            microseconds: median,
+            training: score(&comparison.train.set)?,
+            test: score(test)?,
+            microseconds: with_stack(time)?,
         })
     }
 }
@@ -183,6 +201,14 @@ impl Scored {
 struct Timed<'a> {
     detector: &'a mut dyn SequenceDetector,
     seconds: Vec<f64>,
+}
+
+impl Timed<'_> {
+    /// The median time of a frame.
+    fn microseconds(&mut self) -> Option<f64> {
+        self.seconds.sort_by(f64::total_cmp);
+        self.seconds.get(self.seconds.len() / 2).map(|seconds| 1e6 * seconds)
+    }
 }
 
 impl SequenceDetector for Timed<'_> {
@@ -220,10 +246,10 @@ fn text(report: &Report) -> String {
     let _ = writeln!(
         out,
         "Tested on {}, {}, within {} rows; tuned on {}",
-        report.tested_on.display(),
+        report.tested_on,
         count(report.test_images as u64, "image"),
         report.tolerance,
-        report.tuned_on.display()
+        report.tuned_on
     );
     let _ = match (report.same, report.shared_images) {
         (true, _) => writeln!(out, "These are the same cases: nothing here is held out.\n"),
@@ -250,11 +276,11 @@ fn text(report: &Report) -> String {
             row.test.interval.map_or_else(none, interval),
             transience.map_or_else(none, |t| percent(t.median_fitness)),
             (row.test.cases - row.test.correct).to_string(),
-            transience.and_then(Transience::single_errors).map_or_else(none, percent),
+            transience.and_then(|t| t.single_of_errors).map_or_else(none, percent),
             transience.and_then(|t| t.longest.as_ref()).map_or_else(none, |l| l.frames.to_string()),
             row.microseconds.map_or_else(none, |us| format!("{us:.0} µs")),
         ];
-        let first = [row.detector.clone(), percent(row.training.fitness)];
+        let first = [row.detector.to_string(), percent(row.training.fitness)];
         table.row(first.into_iter().chain(tested).chain(cells));
     }
     let _ = writeln!(out, "{table}");

@@ -9,7 +9,7 @@ use vsonar::evolve::is_correct;
 use vsonar::tree::{Individual, Shortest};
 
 use super::CliError;
-use super::against::{self, Comparison, Rivals};
+use super::against::{self, Comparison, Named, Rivals};
 use super::cases::Cases;
 use super::executor::{Choice, answers};
 use super::memory::MemoryArgs;
@@ -105,12 +105,24 @@ enum RunPart {
     Holdout,
 }
 
+impl RunPart {
+    fn name(self) -> &'static str {
+        match self {
+            RunPart::Train => "training",
+            RunPart::Validation => "validation",
+            RunPart::Holdout => "held-out",
+        }
+    }
+}
+
 /// The cases that are asked about, and what counts as correct.
 struct What {
     set: Dataset,
     tolerance: f64,
-    /// The training cases and what they are called, if they are known and needed.
-    train: Option<(PathBuf, Dataset)>,
+    /// What people call the cases.
+    name: String,
+    /// The training cases, if they are known and needed.
+    train: Option<Named>,
 }
 
 /// The file of the program.
@@ -132,39 +144,40 @@ fn load(dir: &Path, pattern: Option<&String>) -> Result<Dataset, CliError> {
     })
 }
 
+/// A folder, or those of its images that match.
+fn named(dir: &Path, pattern: Option<&String>) -> Result<Named, CliError> {
+    let images = pattern.map(|glob| format!(", images {glob}")).unwrap_or_default();
+    Ok(Named { name: format!("{}{images}", dir.display()), set: load(dir, pattern)? })
+}
+
 fn what(args: &Args) -> Result<What, CliError> {
-    let folder = args.program.as_deref().filter(|program| program.is_dir());
-    let data = args.data.as_deref().map(|data| load(data, args.pattern.as_ref())).transpose()?;
-    let tune_on = args.tune_on.as_deref();
-    let tune_on =
-        tune_on.map(|dir| Ok::<_, CliError>((dir.to_path_buf(), load(dir, args.tune_on_match.as_ref())?)));
-    let mut train = tune_on.transpose()?;
-    let mut tolerance = TOLERANCE;
-    let needs_train = args.against.is_some() && train.is_none();
-    let run = match (&data, needs_train) {
-        (Some(_), false) => None,
-        (Some(_), true) => args.program.as_deref().and_then(run_of),
-        (None, _) => folder.map(Path::to_path_buf),
-    };
-    let set = match (data, run) {
-        (Some(set), None) => set,
-        (Some(set), Some(run)) => {
-            let (cases, settings) = cases_of_run(&run)?;
-            tolerance = settings.tolerance;
-            train = Some((run.join("train"), cases.train));
-            set
+    let program = args.program.as_deref();
+    let data = args.data.as_deref().map(|dir| named(dir, args.pattern.as_ref())).transpose()?;
+    let tune_on = args.tune_on.as_deref().map(|dir| named(dir, args.tune_on_match.as_ref())).transpose()?;
+    let needs_train = args.against.is_some() && tune_on.is_none();
+    let run = match &data {
+        Some(_) if needs_train => program.and_then(run_of),
+        Some(_) => None,
+        None => {
+            Some(program.filter(|program| program.is_dir()).ok_or_else(|| no_data(program))?.to_path_buf())
         }
-        (None, Some(run)) => {
-            let (cases, settings) = cases_of_run(&run)?;
-            tolerance = settings.tolerance;
-            if needs_train {
-                train = Some((run.join("train"), cases.train.clone()));
-            }
-            part_of_run(&run, cases, settings.generations, args.part)?
-        }
-        (None, None) => return Err(no_data(args.program.as_deref())),
     };
-    Ok(What { set, tolerance: args.tolerance.unwrap_or(tolerance), train })
+    let Some(run) = run else {
+        let Some(Named { name, set }) = data else { return Err(no_data(program)) };
+        return Ok(What { set, name, tolerance: args.tolerance.unwrap_or(TOLERANCE), train: tune_on });
+    };
+    let (cases, settings) = cases_of_run(&run)?;
+    let name = |part: RunPart| format!("the {} images of {}", part.name(), run.display());
+    let train = needs_train.then(|| Named { name: name(RunPart::Train), set: cases.train.clone() });
+    let Named { name, set } = match data {
+        Some(data) => data,
+        None => {
+            let (part, set) = part_of_run(&run, cases, settings.generations, args.part)?;
+            Named { name: name(part), set }
+        }
+    };
+    let tolerance = args.tolerance.unwrap_or(settings.tolerance);
+    Ok(What { set, name, tolerance, train: train.or(tune_on) })
 }
 
 /// Nothing says which images.
@@ -195,7 +208,7 @@ fn part_of_run(
     cases: Cases,
     generations: u32,
     part: Option<RunPart>,
-) -> Result<Dataset, CliError> {
+) -> Result<(RunPart, Dataset), CliError> {
     // The held-out part of a run that is not complete is not looked at by accident.
     let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap_or_default();
     let complete = log.lines().count() >= generations as usize;
@@ -206,7 +219,7 @@ fn part_of_run(
         RunPart::Validation => cases.validation,
         RunPart::Holdout => cases.holdout,
     };
-    set.ok_or_else(|| {
+    set.map(|set| (part, set)).ok_or_else(|| {
         CliError::Usage(format!("--part: the run {} has no such part of its data", run.display()))
     })
 }
@@ -297,11 +310,12 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         let text = "`--answers -` and `--json` both write to standard output; give the answers a file";
         return Err(CliError::Usage(text.to_string()));
     }
-    let What { set, tolerance, train } = what(&args)?;
+    let What { set, name, tolerance, train } = what(&args)?;
     let program = args.program.as_deref().map(file);
     let individual = program.as_deref().map(Individual::load).transpose()?;
     if let Some(rivals) = &args.against {
-        return compare(&args, rivals, program.as_deref().zip(individual.as_ref()), (&set, train), tolerance);
+        let program = program.as_deref().zip(individual.as_ref());
+        return compare(&args, rivals, program, Named { name, set }, train, tolerance);
     }
     let (Some(program), Some(individual)) = (program, individual) else {
         return Err(no_data(None));
@@ -329,20 +343,20 @@ fn compare(
     args: &Args,
     rivals: &Rivals,
     program: Option<(&Path, &Individual)>,
-    (set, train): (&Dataset, Option<(PathBuf, Dataset)>),
+    test: Named,
+    train: Option<Named>,
     tolerance: f64,
 ) -> Result<(), CliError> {
-    let Some((train_at, train)) = train else {
+    let Some(train) = train else {
         let text = "`--against` has to know what to tune the rivals on: give a run folder, whose training images they are \
                     then, or `--tune-on DIR`";
         return Err(CliError::Usage(text.to_string()));
     };
-    let comparison = Comparison {
-        program: program.map(|(path, individual)| (path.to_path_buf(), individual)),
-        train: (train_at, &train),
-        test: (args.data.clone().unwrap_or_else(|| set.name().into()), set),
-        tolerance,
-    };
+    let executor = args.executor.make()?;
+    if program.is_some() {
+        args.memory.check([&test.set, &train.set])?;
+    }
+    let comparison = Comparison { program, executor: &*executor, train: &train, test: &test, tolerance };
     against::run(&comparison, rivals, args.json)
 }
 
@@ -420,7 +434,7 @@ fn text(report: &Report) -> String {
 /// How long errors last, for people.
 fn lasting(transience: &Transience) -> String {
     let median = format!("With a median over three frames: {}", percent(transience.median_fitness));
-    let Some((longest, single)) = transience.longest.as_ref().zip(transience.single_errors()) else {
+    let Some((longest, single)) = transience.longest.as_ref().zip(transience.single_of_errors) else {
         return median;
     };
     let frames = count(longest.frames as u64, "labelled frame");

@@ -24,6 +24,10 @@ pub struct Transience {
     pub episodes: usize,
     /// Those that last a single frame; as each is one wrong answer, also the errors that do.
     pub single: usize,
+    /// Share of the errors that last a single frame, 0 to 1; none without errors.
+    pub single_of_errors: Option<f64>,
+    /// Share of the episodes that do.
+    pub single_of_episodes: Option<f64>,
     /// The longest episode, of equally long ones the first by sequence and column; none without errors.
     pub longest: Option<Episode>,
     /// Correct cases, of all, if each answer is replaced by the median of this and the last two frames.
@@ -71,6 +75,8 @@ impl Transience {
             errors: 0,
             episodes: 0,
             single: 0,
+            single_of_errors: None,
+            single_of_episodes: None,
             longest: None,
             median_correct: 0,
             median_fitness: 0.0,
@@ -90,6 +96,8 @@ impl Transience {
                 }
             }
         }
+        let single = |of: usize| (of > 0).then(|| found.single as f64 / of as f64);
+        (found.single_of_errors, found.single_of_episodes) = (single(found.errors), single(found.episodes));
         found.median_fitness = found.median_correct as f64 / answers.len() as f64;
         series.iter().any(|cases| cases.len() > 1).then_some(found)
     }
@@ -105,16 +113,6 @@ impl Transience {
             let image = set.images()[case.image].name.clone();
             self.longest = Some(Episode { frames, column: case.x, image });
         }
-    }
-
-    /// Share of the errors that last a single frame, 0 to 1; none without errors.
-    pub fn single_errors(&self) -> Option<f64> {
-        (self.errors > 0).then(|| self.single as f64 / self.errors as f64)
-    }
-
-    /// Share of the episodes that last a single frame, 0 to 1; none without errors.
-    pub fn single_episodes(&self) -> Option<f64> {
-        (self.episodes > 0).then(|| self.single as f64 / self.episodes as f64)
     }
 }
 
@@ -174,7 +172,7 @@ mod tests {
         assert_eq!((found.errors, found.episodes, found.single), (6, 4, 2));
         let longest = Episode { frames: 2, column: 3, image: "a_2.png".into() };
         assert_eq!(found.longest, Some(longest));
-        assert_eq!((found.single_errors(), found.single_episodes()), (Some(2.0 / 6.0), Some(0.5)));
+        assert_eq!((found.single_of_errors, found.single_of_episodes), (Some(2.0 / 6.0), Some(0.5)));
         // A missing answer stays missing, and is no part of later medians; a lone number stands.
         assert_eq!(found.median_correct, 4);
         assert_eq!(found.median_fitness, 0.4);
@@ -191,7 +189,7 @@ mod tests {
         // All seven of the first column; the second is wrong in the fourth and fifth frame.
         assert_eq!(found.median_correct, 7 + 5);
         let right = Transience::of(&set, &[8.0; 14], 2.0).expect("a sequence");
-        assert_eq!((right.errors, right.longest.as_ref(), right.single_errors()), (0, None, None));
+        assert_eq!((right.errors, right.longest.as_ref(), right.single_of_errors), (0, None, None));
     }
 
     #[test]
