@@ -84,7 +84,8 @@ struct View {
 
 impl View {
     fn new(image: &GrayImage, bins: usize) -> View {
-        let scale = ((image.width() as usize + 32) / 64).clamp(1, image.height() as usize);
+        // At most what a sum of a square's pixels has room for.
+        let scale = ((image.width() as usize + 32) / 64).clamp(1, (image.height() as usize).min(512));
         let plane = Plane::reduced(image, scale);
         let top = image.height() as usize - plane.height * scale;
         let intensity = plane.map(|v| (v as usize * bins / (256 * LEVEL as usize)) as i32);
@@ -188,9 +189,9 @@ impl Lorigo {
                     let first = |module| view.first(module, bins, case.x, window, quarters, &thresholds);
                     let (intensity, gradient) = (first(Module::Intensity), first(Module::Gradient));
                     for (j, &(combination, at)) in combinations.iter().enumerate() {
-                        for threshold in 0..THRESHOLDS {
+                        for (threshold, &gradient) in gradient.iter().enumerate() {
                             let at = if j < 2 { threshold } else { at };
-                            let answer = combination.of(intensity[at], gradient[threshold]);
+                            let answer = combination.of(intensity[at], gradient);
                             tally.answer(i * combinations.len() + j, threshold, answer, case);
                         }
                     }

@@ -10,13 +10,11 @@ use vsonar::tree::{Individual, Shortest};
 
 use super::CliError;
 use super::against::{self, Comparison, Named, Rivals};
-use super::cases::Cases;
+use super::eval_cases::{RunPart, What, file, no_data, what};
 use super::executor::{Choice, answers};
 use super::memory::MemoryArgs;
 use super::output::{self, count, percent};
 use super::sensitivity;
-use super::settings::SettingsFile;
-use super::source::Source;
 use super::table::Table;
 
 const EXAMPLES: &str = "\
@@ -38,13 +36,13 @@ is, so nearer to the camera. Too far: higher. An answer that is no finite number
 pub(crate) struct Args {
     /// The program, a .gp file; or a run folder, for its best program on its own data; not needed with `--against`
     #[arg(required_unless_present = "against")]
-    program: Option<PathBuf>,
+    pub(super) program: Option<PathBuf>,
     /// Folder with `labels.csv` and the images it names [default: the data of the run folder]
     #[arg(long, value_name = "DIR")]
-    data: Option<PathBuf>,
+    pub(super) data: Option<PathBuf>,
     /// Which part of the run folder's data [default: holdout if there is one and the run is complete, else train]
     #[arg(long, value_enum, value_name = "PART", conflicts_with_all = ["data", "pattern"])]
-    part: Option<RunPart>,
+    pub(super) part: Option<RunPart>,
     /// Only the images whose names match this pattern, e.g. 'run_C*'
     #[arg(
         long = "match",
@@ -53,14 +51,14 @@ pub(crate) struct Args {
         alias = "holdout-match",
         alias = "train-match"
     )]
-    pattern: Option<String>,
+    pub(super) pattern: Option<String>,
     /// What runs the program; all give the same answers
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Auto)]
     executor: Choice,
     #[command(flatten)]
     memory: MemoryArgs,
     #[arg(long, value_name = "ROWS", value_parser = tolerance, allow_negative_numbers = true, help = tolerance_help())]
-    tolerance: Option<f64>,
+    pub(super) tolerance: Option<f64>,
     /// Test it also on changed images: light, brightness, contrast, gamma, noise, blur, moved up, down and aside, mirrored,
     /// and between the labelled columns
     ///
@@ -70,13 +68,13 @@ pub(crate) struct Args {
     /// Compare with detectors of the literature, tuned on the training images: all, or some of constant, gradient, polly,
     /// lorigo and ulrich, as polly,ulrich
     #[arg(long, value_name = "NAMES", conflicts_with_all = ["answers", "sensitivity"])]
-    against: Option<Rivals>,
+    pub(super) against: Option<Rivals>,
     /// Folder with the images that the rivals are tuned on [default: the training images of the run folder]
     #[arg(long, value_name = "DIR", requires = "against")]
-    tune_on: Option<PathBuf>,
+    pub(super) tune_on: Option<PathBuf>,
     /// Only the images of it whose names match this pattern, e.g. 'run_[AB]*'
     #[arg(long, value_name = "GLOB", requires = "tune_on")]
-    tune_on_match: Option<String>,
+    pub(super) tune_on_match: Option<String>,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
@@ -95,133 +93,6 @@ fn tolerance_help() -> String {
 pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     let rows = text.parse::<f64>().ok().filter(|rows| rows.is_finite() && *rows >= 0.0);
     rows.ok_or_else(|| "give a number of rows, 0 or more".to_string())
-}
-
-/// A part of the data of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum RunPart {
-    Train,
-    Validation,
-    Holdout,
-}
-
-impl RunPart {
-    fn name(self) -> &'static str {
-        match self {
-            RunPart::Train => "training",
-            RunPart::Validation => "validation",
-            RunPart::Holdout => "held-out",
-        }
-    }
-}
-
-/// The cases that are asked about, and what counts as correct.
-struct What {
-    set: Dataset,
-    tolerance: f64,
-    /// What people call the cases.
-    name: String,
-    /// The training cases, if they are known and needed.
-    train: Option<Named>,
-}
-
-/// The file of the program.
-fn file(program: &Path) -> PathBuf {
-    if program.is_dir() { program.join("best.gp") } else { program.to_path_buf() }
-}
-
-/// The folder of the run that a program is of, if it is given as its folder or is in it.
-fn run_of(program: &Path) -> Option<PathBuf> {
-    let folder = if program.is_dir() { program } else { program.parent()? };
-    folder.join("settings.toml").is_file().then(|| folder.to_path_buf())
-}
-
-fn load(dir: &Path, pattern: Option<&String>) -> Result<Dataset, CliError> {
-    let set = Dataset::load(dir)?;
-    Ok(match pattern {
-        Some(pattern) => set.select(pattern)?,
-        None => set,
-    })
-}
-
-/// A folder, or those of its images that match.
-fn named(dir: &Path, pattern: Option<&String>) -> Result<Named, CliError> {
-    let images = pattern.map(|glob| format!(", images {glob}")).unwrap_or_default();
-    Ok(Named { name: format!("{}{images}", dir.display()), set: load(dir, pattern)? })
-}
-
-fn what(args: &Args) -> Result<What, CliError> {
-    let program = args.program.as_deref();
-    let data = args.data.as_deref().map(|dir| named(dir, args.pattern.as_ref())).transpose()?;
-    let tune_on = args.tune_on.as_deref().map(|dir| named(dir, args.tune_on_match.as_ref())).transpose()?;
-    let needs_train = args.against.is_some() && tune_on.is_none();
-    let run = match &data {
-        Some(_) if needs_train => program.and_then(run_of),
-        Some(_) => None,
-        None => {
-            Some(program.filter(|program| program.is_dir()).ok_or_else(|| no_data(program))?.to_path_buf())
-        }
-    };
-    let Some(run) = run else {
-        let Some(Named { name, set }) = data else { return Err(no_data(program)) };
-        return Ok(What { set, name, tolerance: args.tolerance.unwrap_or(TOLERANCE), train: tune_on });
-    };
-    let (cases, settings) = cases_of_run(&run)?;
-    let name = |part: RunPart| format!("the {} images of {}", part.name(), run.display());
-    let train = needs_train.then(|| Named { name: name(RunPart::Train), set: cases.train.clone() });
-    let Named { name, set } = match data {
-        Some(data) => data,
-        None => {
-            let (part, set) = part_of_run(&run, cases, settings.generations, args.part)?;
-            Named { name: name(part), set }
-        }
-    };
-    let tolerance = args.tolerance.unwrap_or(settings.tolerance);
-    Ok(What { set, name, tolerance, train: train.or(tune_on) })
-}
-
-/// Nothing says which images.
-fn no_data(program: Option<&Path>) -> CliError {
-    match program {
-        Some(program) if !program.exists() => CliError::Failed(format!(
-            "{}: there is neither a program nor a run folder; check the path",
-            program.display()
-        )),
-        Some(program) => CliError::Usage(format!(
-            "{} is no run folder, so `--data` has to say which images",
-            program.display()
-        )),
-        None => CliError::Usage("without a run folder `--data` has to say which images".to_string()),
-    }
-}
-
-fn cases_of_run(run: &Path) -> Result<(Cases, vsonar::evolve::Settings), CliError> {
-    let file = SettingsFile::read(&run.join("settings.toml"))?;
-    let table = file.data().cloned().unwrap_or_default();
-    let cases = Source::from_table(&table, file.path())?.load()?;
-    cases.check(&table, run)?;
-    Ok((cases, file.recorded()?))
-}
-
-fn part_of_run(
-    run: &Path,
-    cases: Cases,
-    generations: u32,
-    part: Option<RunPart>,
-) -> Result<(RunPart, Dataset), CliError> {
-    // The held-out part of a run that is not complete is not looked at by accident.
-    let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap_or_default();
-    let complete = log.lines().count() >= generations as usize;
-    let part =
-        part.unwrap_or(if cases.holdout.is_some() && complete { RunPart::Holdout } else { RunPart::Train });
-    let set = match part {
-        RunPart::Train => Some(cases.train),
-        RunPart::Validation => cases.validation,
-        RunPart::Holdout => cases.holdout,
-    };
-    set.map(|set| (part, set)).ok_or_else(|| {
-        CliError::Usage(format!("--part: the run {} has no such part of its data", run.display()))
-    })
 }
 
 /// Verdicts counted.

@@ -15,6 +15,7 @@ mod data;
 mod data_args;
 mod error;
 mod eval;
+mod eval_cases;
 mod evolve;
 mod evolve_runs;
 mod executor;
