@@ -4,17 +4,17 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use vsonar::dataset::{BestConstant, Constants, Dataset, TOLERANCE};
+use vsonar::dataset::{BestConstant, Constants, Dataset, TOLERANCE, Transience};
 use vsonar::evolve::is_correct;
 use vsonar::tree::{Individual, Shortest};
 
 use super::CliError;
+use super::against::{self, Comparison, Named, Rivals};
+use super::eval_cases::{RunPart, What, file, no_data, what};
 use super::executor::{Choice, answers};
 use super::memory::MemoryArgs;
-use super::output::{self, percent};
+use super::output::{self, count, percent};
 use super::sensitivity;
-use super::settings::SettingsFile;
-use super::source::Source;
 use super::table::Table;
 
 const EXAMPLES: &str = "\
@@ -24,6 +24,8 @@ Examples:
   vsonar eval runs/photos-seed-1 --part validation
   vsonar eval best.gp --data photos --answers answers.csv
   vsonar eval best.gp --data photos --sensitivity
+  vsonar eval runs/photos-seed-1 --against all
+  vsonar eval best.gp --data photos --match 'run_C*' --tune-on photos --tune-on-match 'run_[AB]*' --against all
 
 An answer is correct within the tolerance of the label. Too near: it sees the obstacle lower in the image than it
 is, so nearer to the camera. Too far: higher. An answer that is no finite number is wrong too, and counted apart.";
@@ -32,14 +34,15 @@ is, so nearer to the camera. Too far: higher. An answer that is no finite number
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The program, a .gp file; or a run folder, for its best program on its own data
-    program: PathBuf,
+    /// The program, a .gp file; or a run folder, for its best program on its own data; not needed with `--against`
+    #[arg(required_unless_present = "against")]
+    pub(super) program: Option<PathBuf>,
     /// Folder with `labels.csv` and the images it names [default: the data of the run folder]
     #[arg(long, value_name = "DIR")]
-    data: Option<PathBuf>,
+    pub(super) data: Option<PathBuf>,
     /// Which part of the run folder's data [default: holdout if there is one and the run is complete, else train]
     #[arg(long, value_enum, value_name = "PART", conflicts_with_all = ["data", "pattern"])]
-    part: Option<RunPart>,
+    pub(super) part: Option<RunPart>,
     /// Only the images whose names match this pattern, e.g. 'run_C*'
     #[arg(
         long = "match",
@@ -48,20 +51,30 @@ pub(crate) struct Args {
         alias = "holdout-match",
         alias = "train-match"
     )]
-    pattern: Option<String>,
+    pub(super) pattern: Option<String>,
     /// What runs the program; all give the same answers
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Auto)]
     executor: Choice,
     #[command(flatten)]
     memory: MemoryArgs,
     #[arg(long, value_name = "ROWS", value_parser = tolerance, allow_negative_numbers = true, help = tolerance_help())]
-    tolerance: Option<f64>,
+    pub(super) tolerance: Option<f64>,
     /// Test it also on changed images: light, brightness, contrast, gamma, noise, blur, moved up, down and aside, mirrored,
     /// and between the labelled columns
     ///
     /// Down by 10 pixels is about what a camera of 320 pixels and 90 degrees shows that is pitched up by 3.6 degrees.
     #[arg(long, conflicts_with = "answers")]
     sensitivity: bool,
+    /// Compare with detectors of the literature, tuned on the training images: all, or some of constant, gradient, polly,
+    /// lorigo and ulrich, as polly,ulrich
+    #[arg(long, value_name = "NAMES", conflicts_with_all = ["answers", "sensitivity"])]
+    pub(super) against: Option<Rivals>,
+    /// Folder with the images that the rivals are tuned on [default: the training images of the run folder]
+    #[arg(long, value_name = "DIR", requires = "against")]
+    pub(super) tune_on: Option<PathBuf>,
+    /// Only the images of it whose names match this pattern, e.g. 'run_[AB]*'
+    #[arg(long, value_name = "GLOB", requires = "tune_on")]
+    pub(super) tune_on_match: Option<String>,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
@@ -80,76 +93,6 @@ fn tolerance_help() -> String {
 pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     let rows = text.parse::<f64>().ok().filter(|rows| rows.is_finite() && *rows >= 0.0);
     rows.ok_or_else(|| "give a number of rows, 0 or more".to_string())
-}
-
-/// A part of the data of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum RunPart {
-    Train,
-    Validation,
-    Holdout,
-}
-
-/// The file of the program, the cases it is to be run on, and what counts as correct.
-struct What {
-    program: PathBuf,
-    set: Dataset,
-    tolerance: f64,
-}
-
-fn what(args: &Args) -> Result<What, CliError> {
-    let run = args.program.is_dir();
-    let program = if run { args.program.join("best.gp") } else { args.program.clone() };
-    let mut tolerance = TOLERANCE;
-    let set = match (&args.data, run) {
-        (Some(data), _) => {
-            let set = Dataset::load(data)?;
-            match &args.pattern {
-                Some(pattern) => set.select(pattern)?,
-                None => set,
-            }
-        }
-        (None, true) => {
-            let file = SettingsFile::read(&args.program.join("settings.toml"))?;
-            let settings = file.recorded()?;
-            tolerance = settings.tolerance;
-            part_of_run(&args.program, &file, settings.generations, args.part)?
-        }
-        (None, false) if !program.exists() => {
-            let text =
-                format!("{}: there is neither a program nor a run folder; check the path", program.display());
-            return Err(CliError::Failed(text));
-        }
-        (None, false) => {
-            let text = format!("{} is no run folder, so `--data` has to say which images", program.display());
-            return Err(CliError::Usage(text));
-        }
-    };
-    Ok(What { program, set, tolerance: args.tolerance.unwrap_or(tolerance) })
-}
-
-fn part_of_run(
-    run: &Path,
-    file: &SettingsFile,
-    generations: u32,
-    part: Option<RunPart>,
-) -> Result<Dataset, CliError> {
-    let table = file.data().cloned().unwrap_or_default();
-    let cases = Source::from_table(&table, file.path())?.load()?;
-    cases.check(&table, run)?;
-    // The held-out part of a run that is not complete is not looked at by accident.
-    let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap_or_default();
-    let complete = log.lines().count() >= generations as usize;
-    let part =
-        part.unwrap_or(if cases.holdout.is_some() && complete { RunPart::Holdout } else { RunPart::Train });
-    let set = match part {
-        RunPart::Train => Some(cases.train),
-        RunPart::Validation => cases.validation,
-        RunPart::Holdout => cases.holdout,
-    };
-    set.ok_or_else(|| {
-        CliError::Usage(format!("--part: the run {} has no such part of its data", run.display()))
-    })
 }
 
 /// Verdicts counted.
@@ -225,6 +168,8 @@ struct Report {
     constant: Floor,
     columns: Vec<Column>,
     images: Vec<Image>,
+    /// How long errors last; none without sequences.
+    transience: Option<Transience>,
     #[serde(skip_serializing_if = "Option::is_none")]
     sensitivity: Option<Vec<sensitivity::Row>>,
 }
@@ -236,8 +181,16 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         let text = "`--answers -` and `--json` both write to standard output; give the answers a file";
         return Err(CliError::Usage(text.to_string()));
     }
-    let What { program, set, tolerance } = what(&args)?;
-    let individual = Individual::load(&program)?;
+    let What { set, name, tolerance, train } = what(&args)?;
+    let program = args.program.as_deref().map(file);
+    let individual = program.as_deref().map(Individual::load).transpose()?;
+    if let Some(rivals) = &args.against {
+        let program = program.as_deref().zip(individual.as_ref());
+        return compare(&args, rivals, program, Named { name, set }, train, tolerance);
+    }
+    let (Some(program), Some(individual)) = (program, individual) else {
+        return Err(no_data(None));
+    };
     let executor = args.executor.make()?;
     args.memory.check([&set])?;
     let answers = answers(&*executor, &individual, &set)?;
@@ -254,6 +207,28 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         report.sensitivity = Some(rows);
     }
     if args.json { output::print_json(&report) } else { output::print(&text(&report)) }
+}
+
+/// Compares with rivals.
+fn compare(
+    args: &Args,
+    rivals: &Rivals,
+    program: Option<(&Path, &Individual)>,
+    test: Named,
+    train: Option<Named>,
+    tolerance: f64,
+) -> Result<(), CliError> {
+    let Some(train) = train else {
+        let text = "`--against` has to know what to tune the rivals on: give a run folder, whose training images they are \
+                    then, or `--tune-on DIR`";
+        return Err(CliError::Usage(text.to_string()));
+    };
+    let executor = args.executor.make()?;
+    if program.is_some() {
+        args.memory.check([&test.set, &train.set])?;
+    }
+    let comparison = Comparison { program, executor: &*executor, train: &train, test: &test, tolerance };
+    against::run(&comparison, rivals, args.json)
 }
 
 /// The answers as CSV, in the order of the cases.
@@ -294,6 +269,7 @@ fn report(args: &Args, program: PathBuf, tolerance: f64, set: &Dataset, answers:
         },
         columns: constants.columns().iter().map(column).collect(),
         images: set.images().iter().enumerate().map(image).collect(),
+        transience: Transience::of(set, answers, tolerance),
         sensitivity: None,
     }
 }
@@ -316,11 +292,29 @@ fn text(report: &Report) -> String {
         percent(report.constant.per_column_fitness),
         percent(report.constant.fitness),
     );
+    if let Some(transience) = &report.transience {
+        let _ = writeln!(out, "{}\n", lasting(transience));
+    }
     match &report.sensitivity {
         Some(rows) => out += &sensitivity::text(rows),
         None => parts(report, &mut out),
     }
     out
+}
+
+/// How long errors last, for people.
+fn lasting(transience: &Transience) -> String {
+    let median = format!("With a median over three frames: {}", percent(transience.median_fitness));
+    let Some((longest, single)) = transience.longest.as_ref().zip(transience.single_of_errors) else {
+        return median;
+    };
+    let frames = count(longest.frames as u64, "labelled frame");
+    format!(
+        "Errors that are gone in the next labelled frame: {}; the longest lasts {frames}: column {} from {} on\n{median}",
+        percent(single),
+        longest.column,
+        longest.image
+    )
 }
 
 /// The tables of columns and of images with errors.

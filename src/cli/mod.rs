@@ -3,6 +3,7 @@
 //! One file for each command; a command is an `Args` and a `run` that returns what went wrong, and only
 //! [`main`] turns that into a message and an exit code.
 
+mod against;
 mod bench;
 mod bench_population;
 mod bench_tables;
@@ -14,6 +15,7 @@ mod data;
 mod data_args;
 mod error;
 mod eval;
+mod eval_cases;
 mod evolve;
 mod evolve_runs;
 mod executor;
@@ -74,7 +76,7 @@ pub(crate) struct Cli {
 enum Command {
     Evolve(Box<evolve::Args>),
     Sweep(Box<sweep::Args>),
-    Eval(eval::Args),
+    Eval(Box<eval::Args>),
     Show(show::Args),
     Run(Box<run::Args>),
     Ir(ir::Args),
@@ -98,7 +100,7 @@ pub(crate) fn main() -> ExitCode {
     let done = match cli.command {
         Command::Evolve(args) => evolve::run(*args),
         Command::Sweep(args) => sweep::run(*args),
-        Command::Eval(args) => eval::run(args),
+        Command::Eval(args) => eval::run(*args),
         Command::Show(args) => show::run(args),
         Command::Run(args) => run::run(*args),
         Command::Ir(args) => ir::run(args),

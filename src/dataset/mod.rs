@@ -5,7 +5,8 @@
 //! ground; a column `group` may name the place) and the images in its subfolder `images` or beside the table. It is read by [`Dataset::load`],
 //! examined by [`check`], taken apart by [`Dataset::split`] and [`Dataset::hold_out`], and handed to the executors by
 //! [`Dataset::case_set`]. A [`Transform`] makes of it what other light, another lens or view would have made, and a
-//! [`Variation`] adds copies altered so. [`Constants`] tells what a detector that never looks would reach: the floor to beat.
+//! [`Variation`] adds copies altered so. [`Constants`] tells what a detector that never looks would reach: the floor to beat; [`Transience`] whether errors
+//! last.
 //!
 //! ```
 //! use image::GrayImage;
@@ -44,6 +45,7 @@ mod sequence;
 mod split;
 mod table;
 mod transform;
+mod transience;
 mod variation;
 
 pub use check::{CheckReport, ColumnReport, Distribution, check};
@@ -54,6 +56,7 @@ pub use save::SaveError;
 pub use sequence::Sequence;
 pub use split::SplitError;
 pub use transform::{NothingLeft, Transform};
+pub use transience::{Episode, Transience};
 pub use variation::Variation;
 
 /// An image and the name it has in `labels.csv`.

@@ -1,5 +1,6 @@
 //! The command as a user has it: started as a process, on small made-up data.
 
+mod against;
 mod bad_input;
 mod bad_programs;
 mod bench;

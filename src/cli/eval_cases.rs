@@ -1,0 +1,139 @@
+//! Which cases `vsonar eval` looks at, and which the rivals are tuned on: folders, or parts of a run's data.
+
+use std::path::{Path, PathBuf};
+
+use vsonar::dataset::{Dataset, TOLERANCE};
+
+use super::CliError;
+use super::against::Named;
+use super::cases::Cases;
+use super::eval::Args;
+use super::settings::SettingsFile;
+use super::source::Source;
+
+/// A part of the data of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum RunPart {
+    Train,
+    Validation,
+    Holdout,
+}
+
+impl RunPart {
+    fn name(self) -> &'static str {
+        match self {
+            RunPart::Train => "training",
+            RunPart::Validation => "validation",
+            RunPart::Holdout => "held-out",
+        }
+    }
+}
+
+/// The cases that are asked about, and what counts as correct.
+pub(super) struct What {
+    pub(super) set: Dataset,
+    pub(super) tolerance: f64,
+    /// What people call the cases.
+    pub(super) name: String,
+    /// The training cases, if they are known and needed.
+    pub(super) train: Option<Named>,
+}
+
+/// The file of the program.
+pub(super) fn file(program: &Path) -> PathBuf {
+    if program.is_dir() { program.join("best.gp") } else { program.to_path_buf() }
+}
+
+/// The folder of the run that a program is of, if it is given as its folder or is in it.
+fn run_of(program: &Path) -> Option<PathBuf> {
+    let folder = if program.is_dir() { program } else { program.parent()? };
+    folder.join("settings.toml").is_file().then(|| folder.to_path_buf())
+}
+
+fn load(dir: &Path, pattern: Option<&String>) -> Result<Dataset, CliError> {
+    let set = Dataset::load(dir)?;
+    Ok(match pattern {
+        Some(pattern) => set.select(pattern)?,
+        None => set,
+    })
+}
+
+/// A folder, or those of its images that match.
+fn named(dir: &Path, pattern: Option<&String>) -> Result<Named, CliError> {
+    let images = pattern.map(|glob| format!(", images {glob}")).unwrap_or_default();
+    Ok(Named { name: format!("{}{images}", dir.display()), set: load(dir, pattern)? })
+}
+
+pub(super) fn what(args: &Args) -> Result<What, CliError> {
+    let program = args.program.as_deref();
+    let data = args.data.as_deref().map(|dir| named(dir, args.pattern.as_ref())).transpose()?;
+    let tune_on = args.tune_on.as_deref().map(|dir| named(dir, args.tune_on_match.as_ref())).transpose()?;
+    let needs_train = args.against.is_some() && tune_on.is_none();
+    let run = match &data {
+        Some(_) if needs_train => program.and_then(run_of),
+        Some(_) => None,
+        None => {
+            Some(program.filter(|program| program.is_dir()).ok_or_else(|| no_data(program))?.to_path_buf())
+        }
+    };
+    let Some(run) = run else {
+        let Some(Named { name, set }) = data else { return Err(no_data(program)) };
+        return Ok(What { set, name, tolerance: args.tolerance.unwrap_or(TOLERANCE), train: tune_on });
+    };
+    let (cases, settings) = cases_of_run(&run)?;
+    let name = |part: RunPart| format!("the {} images of {}", part.name(), run.display());
+    let train = needs_train.then(|| Named { name: name(RunPart::Train), set: cases.train.clone() });
+    let Named { name, set } = match data {
+        Some(data) => data,
+        None => {
+            let (part, set) = part_of_run(&run, cases, settings.generations, args.part)?;
+            Named { name: name(part), set }
+        }
+    };
+    let tolerance = args.tolerance.unwrap_or(settings.tolerance);
+    Ok(What { set, name, tolerance, train: train.or(tune_on) })
+}
+
+/// Nothing says which images.
+pub(super) fn no_data(program: Option<&Path>) -> CliError {
+    match program {
+        Some(program) if !program.exists() => CliError::Failed(format!(
+            "{}: there is neither a program nor a run folder; check the path",
+            program.display()
+        )),
+        Some(program) => CliError::Usage(format!(
+            "{} is no run folder, so `--data` has to say which images",
+            program.display()
+        )),
+        None => CliError::Usage("without a run folder `--data` has to say which images".to_string()),
+    }
+}
+
+fn cases_of_run(run: &Path) -> Result<(Cases, vsonar::evolve::Settings), CliError> {
+    let file = SettingsFile::read(&run.join("settings.toml"))?;
+    let table = file.data().cloned().unwrap_or_default();
+    let cases = Source::from_table(&table, file.path())?.load()?;
+    cases.check(&table, run)?;
+    Ok((cases, file.recorded()?))
+}
+
+fn part_of_run(
+    run: &Path,
+    cases: Cases,
+    generations: u32,
+    part: Option<RunPart>,
+) -> Result<(RunPart, Dataset), CliError> {
+    // The held-out part of a run that is not complete is not looked at by accident.
+    let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap_or_default();
+    let complete = log.lines().count() >= generations as usize;
+    let part =
+        part.unwrap_or(if cases.holdout.is_some() && complete { RunPart::Holdout } else { RunPart::Train });
+    let set = match part {
+        RunPart::Train => Some(cases.train),
+        RunPart::Validation => cases.validation,
+        RunPart::Holdout => cases.holdout,
+    };
+    set.map(|set| (part, set)).ok_or_else(|| {
+        CliError::Usage(format!("--part: the run {} has no such part of its data", run.display()))
+    })
+}
