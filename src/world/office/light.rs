@@ -12,8 +12,10 @@ use super::space::{Object, Space};
 use crate::world::geometry::{Room, Vec3};
 use crate::world::noise::{smooth, white};
 
-/// Luminous intensity of a panel of power 1: with one every 2.4 m at 2.6 m the floor gets about 1.
-const INTENSITY: f64 = 3.9;
+/// Luminous intensity of a panel of power 1: with one every 3.1 m at 2.6 m the floor gets about 1.
+const INTENSITY: f64 = 4.6;
+/// What comes from everywhere: below it no place is.
+const AMBIENT: f64 = 0.016;
 /// What a panel gives to everything just below it by way of walls and floor.
 const SCATTERED: f64 = 0.12;
 /// Panels further away than this, in metres, are left out.
@@ -105,7 +107,7 @@ impl<'a> Lamps<'a> {
 
     /// Irradiance, with shadows: three points of a panel are tried, which gives shadows a soft edge.
     fn irradiance(&self, point: Vec3, normal: Vec3) -> f64 {
-        let mut sum = 0.004;
+        let mut sum = AMBIENT;
         for light in &self.all {
             let (dx, dy) = (light.x - point.x, light.y - point.y);
             let far = (dx * dx + dy * dy) / 5.0;
@@ -202,7 +204,9 @@ fn wall(space: &Space, plan: &Plan, i: usize) -> Grid {
     let mut values = vec![0.0; size.0 * size.1];
     for first in (0..size.0).step_by(BLOCK) {
         let last = (first + BLOCK).min(size.0);
-        let along = |k: usize| (wall.span.0 + k as f64 * WALL_CELL.0).clamp(wall.span.0 + 0.01, wall.span.1 - 0.01);
+        // walls may be shorter than the margin at their ends
+        let along =
+            |k: usize| (wall.span.0 + k as f64 * WALL_CELL.0).min(wall.span.1 - 0.01).max(wall.span.0 + 0.01);
         let (a, b) = (wall.foot(along(first)), wall.foot(along(last - 1)));
         let region = Room { x: (a.0.min(b.0), a.0.max(b.0)), y: (a.1.min(b.1), a.1.max(b.1)) };
         let lamps = Lamps::new(space, plan, region);

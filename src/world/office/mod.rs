@@ -48,8 +48,8 @@ mod wander;
 
 pub use grabber::Grabber;
 pub use part::{Part, Thing};
-pub use plan::{Item, ItemKind, Light, Opening, OpeningKind, Person, Plan, PlanError, Stripe};
-pub use record::{ParseWorldError, World, record};
+pub use plan::{Item, ItemKind, Light, Opening, OpeningKind, Person, Plan, PlanError, Start, Stripe};
+pub use record::{ParseWorldError, Shot, World, drive, record};
 pub use setup::Setup;
 pub use space::{BODY_HEIGHT, Nearest};
 
@@ -284,8 +284,11 @@ impl Office {
         &self.space.parts
     }
 
-    /// A free place to start the run of this number from.
+    /// Where the run of this number starts: where the plan says, further ones at any free place.
     pub fn start(&self, run: u64) -> Place {
+        if let Some(start) = usize::try_from(run).ok().and_then(|run| self.plan.starts.get(run)) {
+            return Place { x: start.x, y: start.y, heading: start.heading.to_radians() };
+        }
         let pick = Stream::new(self.plan.seed, 71 + run).bits() % self.starts.len().max(1) as u64;
         self.starts.get(pick as usize).copied().unwrap_or(Place { x: 0.0, y: 0.0, heading: 0.0 })
     }

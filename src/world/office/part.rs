@@ -66,8 +66,6 @@ pub(super) enum Pattern {
     Footed,
     /// A wooden top with a dark edge.
     Wood,
-    /// Bright bands.
-    Banded,
     /// Leaves, light and dark.
     Leaves,
 }

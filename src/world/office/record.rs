@@ -5,13 +5,13 @@ use std::str::FromStr;
 
 use rayon::prelude::*;
 
-use super::grabber::Exposure;
+use super::grabber::{Exposure, Grabber};
 use super::wander::Wanderer;
 use super::{FRAME_RATE, Kind, Office, OfficeError, Place, Plan, Setup};
 use crate::dataset::{Case, Dataset, NamedImage};
 
 /// Frames of the camera from one recorded picture to the next.
-const EVERY: usize = 24;
+const EVERY: usize = 30;
 /// Pictures of the sets that stand for the paper's.
 const NSH: usize = 69;
 const FMRB: usize = 71;
@@ -33,15 +33,40 @@ impl Kind {
     }
 }
 
-/// What one picture of a drive is taken from.
-struct Frame {
-    seconds: f64,
-    place: Place,
+/// Where and when a picture of a drive was taken.
+#[derive(Debug, Clone)]
+pub struct Shot {
+    /// Seconds since the office's beginning.
+    pub seconds: f64,
+    /// Where the robot stood.
+    pub place: Place,
     exposure: Exposure,
 }
 
-/// Records so many pictures while a robot wanders through an office by sonar, one every 2.4 seconds; they are named
-/// `NAME_0000.png` onward. The seed chooses where it starts and how it drives.
+/// Lets a robot wander through an office by sonar until so many pictures are taken, one every 3 seconds. The seed
+/// chooses how it drives; it starts at the first of the office's places.
+pub fn drive(office: &Office, frames: usize, seed: u64) -> Vec<Shot> {
+    shots(office, frames, seed, &mut office.grabber(seed))
+}
+
+fn shots(office: &Office, frames: usize, seed: u64, grabber: &mut Grabber) -> Vec<Shot> {
+    let mut robot = Wanderer::new(office.start(0), seed);
+    let mut taken = Vec::new();
+    for k in 0..frames * EVERY {
+        let seconds = k as f64 / FRAME_RATE;
+        let moment = office.at(seconds);
+        let place = *robot.place();
+        let exposure = grabber.expose(&moment, &place);
+        if k % EVERY == EVERY - 1 {
+            taken.push(Shot { seconds, place, exposure });
+        }
+        robot.step(&moment);
+    }
+    taken
+}
+
+/// Records a drive (see [`drive`]): the pictures are named `NAME_0000.png` onward, and each of the set-up's columns has
+/// its label.
 ///
 /// # Errors
 /// If no pictures are asked for, or more than 10,000.
@@ -49,22 +74,8 @@ pub fn record(office: &Office, name: &str, frames: usize, seed: u64) -> Result<D
     if !(1..=10_000).contains(&frames) {
         return Err(OfficeError::Frames(frames));
     }
-    let mut robot = Wanderer::new(office, seed);
     let mut grabber = office.grabber(seed);
-    let mut taken = Vec::new();
-    for k in 0.. {
-        let seconds = k as f64 / FRAME_RATE;
-        let moment = office.at(seconds);
-        let place = *robot.place();
-        let exposure = grabber.expose(&moment, &place);
-        if k % EVERY == EVERY - 1 {
-            taken.push(Frame { seconds, place, exposure });
-            if taken.len() == frames {
-                break;
-            }
-        }
-        robot.step(&moment);
-    }
+    let taken = shots(office, frames, seed, &mut grabber);
     let columns: Vec<u32> = office.setup().labelled().collect();
     // what each picture depends on is known: the order in which they are made does not matter
     let made: Vec<(NamedImage, Vec<u32>)> = taken

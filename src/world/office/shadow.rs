@@ -5,12 +5,12 @@ use super::rig::Eye;
 use super::space::BODY_HEIGHT;
 
 /// Radius of the body in metres, and how wide the edge of its shadow is.
-const BODY: f32 = 0.22;
-const EDGE: f32 = 0.12;
+const BODY: f32 = 0.24;
+const EDGE: f32 = 0.08;
 /// Panels that cast a shadow.
 const PANELS: usize = 4;
 /// Light that no panel in view gives, as a share of that of the panel straight above.
-const REST: f64 = 0.25;
+const REST: f64 = 0.12;
 
 /// The shadow of a body that stands somewhere.
 pub(super) struct OwnShadow {
@@ -48,7 +48,7 @@ impl OwnShadow {
             let t = if square > 0.0 { ((bx * wx + by * wy) / square).max(0.0).min(1.0) } else { 0.0 };
             let (dx, dy) = (bx - wx * t, by - wy * t);
             // panels are long, so the shadow's edge is wider the further away its body is
-            let edge = (((dx * dx + dy * dy).sqrt() - BODY) / (EDGE + 0.15 * square.sqrt() * t) + 0.5).max(0.0).min(1.0);
+            let edge = (((dx * dx + dy * dy).sqrt() - BODY) / (EDGE + 0.1 * square.sqrt() * t) + 0.5).max(0.0).min(1.0);
             remains -= share * (1.0 - edge * edge * (3.0 - 2.0 * edge));
         }
         // close to the body it also hides what walls and ceiling scatter

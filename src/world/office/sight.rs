@@ -1,7 +1,7 @@
 //! One look: which objects each part of the picture can meet, what its rays meet, and the light they bring.
 
 use super::Office;
-use super::part::{Beam, Part, Pattern};
+use super::part::{Beam, Part, Pattern, Thing};
 use super::people::Standing;
 use super::plan::OpeningKind;
 use super::rig::{Eye, Rig};
@@ -316,13 +316,18 @@ impl Office {
                     _ => 1.0,
                 }
             }
+            // a bin is open
+            Pattern::Rimmed if n.z > 0.0 => {
+                let (dx, dy) = (p.x - (bounds.x.0 + bounds.x.1) / 2.0, p.y - (bounds.y.0 + bounds.y.1) / 2.0);
+                let inner = 0.42 * (bounds.x.1 - bounds.x.0);
+                if dx * dx + dy * dy < inner * inner && part.thing == Thing::Bin { 0.3 } else { 1.8 }
+            }
             Pattern::Rimmed if z > 0.9 => 1.8,
             Pattern::Footed if p.z < 0.08 => 0.3,
             Pattern::Wood => {
                 let vein = crate::world::noise::smooth(self.looks.seed, p.x * 3.0, p.y * 40.0) as f32;
                 if n.z > 0.0 { 0.9 + 0.2 * vein } else { 0.5 }
             }
-            Pattern::Banded if (z * 4.0 - (z * 4.0).floor()) < 0.5 => 1.6,
             Pattern::Leaves => {
                 let spots = crate::world::noise::smooth(self.looks.seed, p.x * 25.0 + p.z * 19.0, p.y * 25.0);
                 0.3 + 1.5 * (spots * spots) as f32

@@ -75,17 +75,13 @@ impl Space {
         Space { rooms: plan.rooms.clone(), walls, openings, parts, solids, ceiling: plan.ceiling }
     }
 
-    /// Whether there is floor.
-    pub(super) fn contains(&self, x: f64, y: f64) -> bool {
-        self.rooms.iter().any(|room| room.contains(x, y))
-    }
-
     /// The nearest point on the floor of a room, a little inside.
     pub(super) fn within(&self, x: f64, y: f64) -> Option<(f64, f64, f64)> {
         let inside = |room: &Room| {
-            let near = 0.01f64.min((room.x.1 - room.x.0) / 2.0).min((room.y.1 - room.y.0) / 2.0);
+            // rooms are 1 cm wide at least
+            let near = 0.005;
             let (cx, cy) =
-                (x.clamp(room.x.0 + near, room.x.1 - near), y.clamp(room.y.0 + near, room.y.1 - near));
+                (x.min(room.x.1 - near).max(room.x.0 + near), y.min(room.y.1 - near).max(room.y.0 + near));
             ((cx - x) * (cx - x) + (cy - y) * (cy - y), cx, cy)
         };
         self.rooms.iter().map(inside).min_by(|a, b| a.0.total_cmp(&b.0))

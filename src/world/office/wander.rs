@@ -3,7 +3,7 @@
 //! Reactive: it drives towards the freer side, slows down before what stands ahead, and turns on the spot where there
 //! is no way. Its sonars are ideal; what it wants drifts slowly, so that it does not always keep to the middle.
 
-use super::{FRAME_RATE, Moment, Office, Place};
+use super::{FRAME_RATE, Moment, Place};
 use crate::world::noise::{Stream, smooth};
 
 /// Directions of the sonars, in degrees to the left.
@@ -29,8 +29,7 @@ pub(super) struct Wanderer {
 }
 
 impl Wanderer {
-    pub(super) fn new(office: &Office, seed: u64) -> Wanderer {
-        let place = office.start(seed);
+    pub(super) fn new(place: Place, seed: u64) -> Wanderer {
         Wanderer { place, turning: None, seed: Stream::new(seed, 81).bits(), driven: 0.0 }
     }
 
@@ -57,7 +56,7 @@ impl Wanderer {
             self.turning = None;
             let wish = 2.0 * smooth(self.seed, self.driven / 2.1, 0.5) - 1.0;
             let slow = 2.0 * smooth(self.seed, self.driven / 6.3, 7.5) - 1.0;
-            let mut turn = 0.11 * (left - right) + 0.75 * wish + 0.35 * slow;
+            let mut turn = 0.06 * (left - right) + 0.7 * wish + 0.4 * slow;
             // away from what is too near
             if nearest.distance < CLEARANCE + 0.12 {
                 let (dx, dy) = (nearest.point.0 - x, nearest.point.1 - y);

@@ -5,7 +5,7 @@ use crate::world::geometry::Room;
 use crate::world::noise::Stream;
 
 /// Free way beside anything that stands in a hallway, in metres.
-const PASSAGE: f64 = 1.15;
+const PASSAGE: f64 = 1.0;
 
 /// A hallway and the axis it runs along.
 #[derive(Debug, Clone, Copy)]

@@ -8,7 +8,7 @@ use crate::world::noise::Stream;
 use crate::world::outline::outline;
 
 /// Distance of ceiling lights along a hallway, in metres.
-const LIGHTS_APART: f64 = 2.4;
+const LIGHTS_APART: f64 = 3.1;
 
 impl Plan {
     /// Another building of a kind. `unseen` adds things that the buildings trained on never hold: plants, suitcases,
@@ -46,7 +46,7 @@ struct Layout {
 impl Layout {
     fn new(stream: &mut Stream) -> Layout {
         let (long, wide) = (stream.range(15.0, 22.0), stream.range(9.5, 13.5));
-        let mut width = || stream.range(1.9, 2.6);
+        let mut width = || stream.range(1.65, 2.1);
         let (south, east, north, west) = (width(), width(), width(), width());
         let hall = |x: (f64, f64), y: (f64, f64), along_x: bool| Hall { room: Room { x, y }, along_x };
         let mut halls = vec![
@@ -57,14 +57,14 @@ impl Layout {
         ];
         let across = stream.unit();
         if across < 0.4 {
-            let (at, width) = (stream.range(0.4, 0.6) * long, stream.range(1.9, 2.4));
+            let (at, width) = (stream.range(0.4, 0.6) * long, stream.range(1.65, 2.0));
             halls.push(hall((at, at + width), (0.0, wide), false));
         } else if across < 0.75 {
             let (at, far) = (stream.range(0.3, 0.55) * wide, stream.range(3.5, 6.0));
-            halls.push(hall((long - 0.5, long + far), (at, at + stream.range(1.9, 2.3)), true));
+            halls.push(hall((long - 0.5, long + far), (at, at + stream.range(1.65, 2.0)), true));
         }
-        let (at, span) = (stream.range(0.15, 0.5) * long, stream.range(4.5, 6.5));
-        let deep = stream.range(3.5, 5.0);
+        let (at, span) = (stream.range(0.15, 0.5) * long, stream.range(3.8, 5.2));
+        let deep = stream.range(2.8, 3.8);
         let open = Room { x: (at, at + span), y: (wide - 0.1, wide + deep) };
         let mut alcoves = Vec::new();
         for hall in &halls[..2] {
@@ -138,9 +138,9 @@ fn lights(plan: &mut Plan, kind: Kind, layout: &Layout, stream: &mut Stream) {
         }
     }
     let open = layout.open;
-    for k in 0..4 {
-        let at = |k: u32, (a, b): (f64, f64)| a + (b - a) * (0.25 + 0.5 * f64::from(k));
-        let (x, y, power) = (at(k % 2, open.x), at(k / 2, open.y), stream.range(0.85, 1.1));
+    for k in 0..2 {
+        let at = |part: f64, (a, b): (f64, f64)| a + (b - a) * part;
+        let (x, y, power) = (at(0.25 + 0.5 * f64::from(k), open.x), at(0.5, open.y), stream.range(0.85, 1.1));
         // an open office in front of a dark hallway is dark too
         let power = if dark == Some(2) { 0.0 } else { power };
         plan.lights.push(Light { x, y, width: 1.2, depth: 0.3, power });
@@ -164,7 +164,7 @@ fn people(plan: &mut Plan, layout: &Layout, stream: &mut Stream) {
     for hall in &layout.halls {
         for _ in 0..2 {
             let (from, to) = hall.span();
-            let aside = stream.range(0.05, 0.25) * if stream.chance(0.5) { 1.0 } else { -1.0 };
+            let aside = stream.range(0.05, 0.2) * if stream.chance(0.5) { 1.0 } else { -1.0 };
             let (a, b) = (stream.range(from + 1.2, from + 4.0), stream.range(to - 4.0, to - 1.2));
             let path = vec![hall.point(a, aside), hall.point(b, aside), hall.point(b, -aside), hall.point(a, -aside)];
             let (speed, albedo) = (stream.range(0.5, 1.2), stream.range(0.04, 0.3));

@@ -58,6 +58,19 @@ pub struct Plan {
     pub lights: Vec<Light>,
     /// Who walks about.
     pub people: Vec<Person>,
+    /// Where runs begin, the first run at the first.
+    pub starts: Vec<Start>,
+}
+
+/// Where a run begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// In metres.
+    pub x: f64,
+    /// In metres.
+    pub y: f64,
+    /// Direction in degrees from x to the left.
+    pub heading: f64,
 }
 
 /// A stretch of other carpet.
@@ -204,6 +217,7 @@ impl Plan {
             items: Vec::new(),
             lights: Vec::new(),
             people: Vec::new(),
+            starts: Vec::new(),
         }
     }
 

@@ -45,6 +45,9 @@ impl fmt::Display for Plan {
             }
             writeln!(f)?;
         }
+        for start in &self.starts {
+            writeln!(f, "start {} {} {}", start.x, start.y, start.heading)?;
+        }
         Ok(())
     }
 }

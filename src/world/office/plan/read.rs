@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use super::{ITEMS, Item, ItemKind, Light, Opening, OpeningKind, Person, Plan, PlanError, Stripe};
+use super::{ITEMS, Item, ItemKind, Light, Opening, OpeningKind, Person, Plan, PlanError, Start, Stripe};
 use crate::world::geometry::{Room, Wall};
 use crate::world::outline::outline;
 
@@ -179,6 +179,11 @@ impl FromStr for Plan {
                     places.extend(person.path.iter().map(|&(x, y)| (line.number, x, y)));
                     line.push(&mut plan.people, FEW, person)?;
                 }
+                "start" => {
+                    let [x, y, heading] = line.numbers([X, Y, ("heading", -360.0, 360.0)], None)?;
+                    line.push(&mut plan.starts, FEW, Start { x, y, heading })?;
+                    places.push((line.number, x, y));
+                }
                 word => match ITEMS.iter().find(|(name, _)| *name == word) {
                     Some(&(_, kind)) => {
                         let item = line.item(kind)?;
@@ -186,7 +191,7 @@ impl FromStr for Plan {
                         line.push(&mut plan.items, MANY, item)?;
                     }
                     None => {
-                        let others = "seed ceiling carpet wall skirting room stripe door glass light person";
+                        let others = "seed ceiling carpet wall skirting room stripe door glass light person start";
                         let names: Vec<&str> =
                             others.split(' ').chain(ITEMS.iter().map(|(name, _)| *name)).collect();
                         let (word, known) = (shown(word), names.join(", "));
