@@ -94,8 +94,10 @@ impl<'a> Lamps<'a> {
         all.truncate(PANELS);
         let half = (region.x.1 - region.x.0).max(region.y.1 - region.y.0);
         let near = all.iter().filter(|light| away(light).sqrt() < REACH + half).map(|&light| {
-            let x = (region.x.0.min(light.x - light.width / 2.0), region.x.1.max(light.x + light.width / 2.0));
-            let y = (region.y.0.min(light.y - light.depth / 2.0), region.y.1.max(light.y + light.depth / 2.0));
+            let x =
+                (region.x.0.min(light.x - light.width / 2.0), region.x.1.max(light.x + light.width / 2.0));
+            let y =
+                (region.y.0.min(light.y - light.depth / 2.0), region.y.1.max(light.y + light.depth / 2.0));
             let touches = |b: &Bounds| b.x.0 <= x.1 && b.x.1 >= x.0 && b.y.0 <= y.1 && b.y.1 >= y.0;
             let walls = (0..space.walls.len()).map(Object::Wall);
             let objects = walls.chain((0..space.parts.len()).map(Object::Part));
@@ -116,7 +118,11 @@ impl<'a> Lamps<'a> {
         let start = point + normal * 1e-3;
         for (light, objects) in &self.near {
             for step in [-0.35, 0.0, 0.35] {
-                let along = if light.width > light.depth { (step * light.width, 0.0) } else { (0.0, step * light.depth) };
+                let along = if light.width > light.depth {
+                    (step * light.width, 0.0)
+                } else {
+                    (0.0, step * light.depth)
+                };
                 let source = Vec3::new(light.x + along.0, light.y + along.1, self.ceiling);
                 let way = source - start;
                 let (square, facing) = (way.dot(way), way.dot(normal));
@@ -158,9 +164,8 @@ fn floor(space: &Space, plan: &Plan) -> Grid {
     let up = Vec3::new(0.0, 0.0, 1.0);
     let block = |b: usize| -> Vec<f32> {
         let (bi, bj) = (b % blocks.0 * BLOCK, b / blocks.0 * BLOCK);
-        let place = |i: usize, j: usize| {
-            (bounds.x.0 + i as f64 * FLOOR_CELL, bounds.y.0 + j as f64 * FLOOR_CELL)
-        };
+        let place =
+            |i: usize, j: usize| (bounds.x.0 + i as f64 * FLOOR_CELL, bounds.y.0 + j as f64 * FLOOR_CELL);
         let ((x0, y0), (x1, y1)) = (place(bi, bj), place(bi + BLOCK, bj + BLOCK));
         let touches = |r: &Room| {
             let near = 2.0 * FLOOR_CELL;
@@ -214,7 +219,8 @@ fn wall(space: &Space, plan: &Plan, i: usize) -> Grid {
             let (x, y) = wall.foot(along(k));
             for j in 0..size.1 {
                 let z = (j as f64 * WALL_CELL.1).clamp(0.01, plan.ceiling - 0.02);
-                let plaster = 1.0 + 0.05 * (smooth(plan.seed ^ 11, along(k) / 1.3, z / 1.1 + i as f64 * 9.0) - 0.5);
+                let plaster =
+                    1.0 + 0.05 * (smooth(plan.seed ^ 11, along(k) / 1.3, z / 1.1 + i as f64 * 9.0) - 0.5);
                 // the floor before it scatters light upwards
                 let light = lamps.irradiance(Vec3::new(x, y, z), wall.normal());
                 values[j * size.0 + k] = (light * plaster) as f32;

@@ -84,7 +84,7 @@ pub struct Place {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum OfficeError {
     /// The pictures are too small or too large.
-    #[error("pictures of {width}x{height} pixels cannot be rendered; choose 16x16 to 4096x4096")]
+    #[error("pictures of {width}x{height} pixels cannot be rendered; choose 16x16 to 2048x2048")]
     Size {
         /// The width asked for.
         width: u32,

@@ -347,6 +347,9 @@ mod tests {
     fn normals_point_at_the_viewer() {
         let top = table()[4];
         assert_eq!(top.normal(Vec3::new(2.0, 0.1, 0.7), Vec3::new(0.0, 0.0, 1.0)), Vec3::new(0.0, 0.0, 1.0));
-        assert_eq!(top.normal(Vec3::new(1.5, 0.1, 0.69), Vec3::new(0.0, 0.0, 0.69)), Vec3::new(-1.0, 0.0, 0.0));
+        assert_eq!(
+            top.normal(Vec3::new(1.5, 0.1, 0.69), Vec3::new(0.0, 0.0, 0.69)),
+            Vec3::new(-1.0, 0.0, 0.0)
+        );
     }
 }

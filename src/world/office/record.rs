@@ -15,6 +15,10 @@ const EVERY: usize = 30;
 /// Pictures of the sets that stand for the paper's.
 const NSH: usize = 69;
 const FMRB: usize = 71;
+/// The drives recorded in the buildings drawn by hand: they turn two or three times, cross the stripe, meet people,
+/// and pass through the dark.
+const NSH_DRIVE: u64 = 4;
+const FMRB_DRIVE: u64 = 7;
 
 impl Kind {
     /// Its name, as names of pictures begin.
@@ -105,7 +109,8 @@ pub fn record(office: &Office, name: &str, frames: usize, seed: u64) -> Result<D
 /// assert!("mars".parse::<World>().is_err());
 /// # Ok::<(), vsonar::world::office::ParseWorldError>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum World {
     /// Newell Simon Hall: people, and a wide stripe of other carpet.
     Nsh,
@@ -173,7 +178,12 @@ impl World {
     ///
     /// # Errors
     /// If no pictures are asked for, or more than 10,000.
-    pub fn recorded(self, building: Option<u64>, changed: bool, frames: Option<usize>) -> Result<Dataset, OfficeError> {
+    pub fn recorded(
+        self,
+        building: Option<u64>,
+        changed: bool,
+        frames: Option<usize>,
+    ) -> Result<Dataset, OfficeError> {
         let which = match (building, changed) {
             (None, false) => Which::Training,
             (Some(seed), false) => Which::Elsewhere(seed),
@@ -185,12 +195,19 @@ impl World {
     fn set(self, which: Which, frames: Option<usize>) -> Result<Dataset, OfficeError> {
         let drive = |kind: Kind| {
             let frames = frames.unwrap_or(kind.frames());
-            let (plan, setup, seed) = match which {
-                Which::Training => (kind.plan(), Setup::default(), 0),
-                Which::Elsewhere(seed) => (Plan::generate(kind, seed, false), Setup::default(), seed),
-                Which::Changed(seed) => (Plan::generate(kind, seed, true), Setup::default().varied(seed), seed),
+            let own = match kind {
+                Kind::Nsh => NSH_DRIVE,
+                Kind::Fmrb => FMRB_DRIVE,
             };
-            record(&Office::build(&plan, &setup, seed)?, kind.name(), frames, seed)
+            let (plan, setup, seed) = match which {
+                Which::Training => (kind.plan(), Setup::default(), own),
+                Which::Elsewhere(seed) => (Plan::generate(kind, seed, false), Setup::default(), seed),
+                Which::Changed(seed) => {
+                    (Plan::generate(kind, seed, true), Setup::default().varied(seed), seed)
+                }
+            };
+            let building = if matches!(which, Which::Training) { 0 } else { seed };
+            record(&Office::build(&plan, &setup, building)?, kind.name(), frames, seed)
         };
         match self {
             World::Nsh => drive(Kind::Nsh),

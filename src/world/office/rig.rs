@@ -210,7 +210,10 @@ mod tests {
             let mut tiles = vec![false; rig.tiles()];
             rig.tiles_of(&eye, &b, |tile| tiles[tile] = true);
             let part = super::super::part::Part {
-                outline: crate::world::geometry::Outline::Box(crate::world::geometry::Room { x: b.x, y: b.y }),
+                outline: crate::world::geometry::Outline::Box(crate::world::geometry::Room {
+                    x: b.x,
+                    y: b.y,
+                }),
                 low: b.z.0,
                 high: b.z.1,
                 thing: super::super::Thing::Box,

@@ -66,8 +66,11 @@ impl Setup {
             let by = stream.range(0.5 * most, most);
             if stream.chance(0.5) { by } else { -by }
         };
-        let camera =
-            Camera { pitch: self.camera.pitch + off(4.0), height: self.camera.height + off(0.04), ..self.camera };
+        let camera = Camera {
+            pitch: self.camera.pitch + off(4.0),
+            height: self.camera.height + off(0.04),
+            ..self.camera
+        };
         let light = 1.0 + off(0.3);
         // gray values go with the root of the light
         Setup { camera, exposure: self.exposure * light, target: self.target * light.sqrt(), ..self.clone() }
@@ -95,7 +98,7 @@ impl Setup {
     /// The first that is not.
     pub fn check(&self) -> Result<(), OfficeError> {
         let (width, height, columns) = (self.width, self.height, self.columns);
-        if !(16..=4096).contains(&width) || !(16..=4096).contains(&height) {
+        if !(16..=2048).contains(&width) || !(16..=2048).contains(&height) {
             return Err(OfficeError::Size { width, height });
         }
         if !(1..=width).contains(&columns) {

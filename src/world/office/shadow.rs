@@ -33,7 +33,8 @@ impl OwnShadow {
         lit.sort_by(|a, b| b.1.total_cmp(&a.1));
         lit.truncate(PANELS);
         let part = (BODY_HEIGHT / lights.ceiling) as f32;
-        let panels = lit.iter().map(|(l, light)| (l.x as f32, l.y as f32, (light / all) as f32, part)).collect();
+        let panels =
+            lit.iter().map(|(l, light)| (l.x as f32, l.y as f32, (light / all) as f32, part)).collect();
         OwnShadow { body: (body.0 as f32, body.1 as f32), panels }
     }
 
@@ -48,7 +49,9 @@ impl OwnShadow {
             let t = if square > 0.0 { ((bx * wx + by * wy) / square).max(0.0).min(1.0) } else { 0.0 };
             let (dx, dy) = (bx - wx * t, by - wy * t);
             // panels are long, so the shadow's edge is wider the further away its body is
-            let edge = (((dx * dx + dy * dy).sqrt() - BODY) / (EDGE + 0.1 * square.sqrt() * t) + 0.5).max(0.0).min(1.0);
+            let edge = (((dx * dx + dy * dy).sqrt() - BODY) / (EDGE + 0.1 * square.sqrt() * t) + 0.5)
+                .max(0.0)
+                .min(1.0);
             remains -= share * (1.0 - edge * edge * (3.0 - 2.0 * edge));
         }
         // close to the body it also hides what walls and ceiling scatter

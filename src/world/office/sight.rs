@@ -22,7 +22,7 @@ pub(super) struct Sight<'a> {
     /// The objects, with the squared distance at which they begin, nearest first.
     objects: Vec<(Object, f64)>,
     /// For each tile its candidates, by their place in `objects`.
-    tiles: Vec<Vec<u16>>,
+    tiles: Vec<Vec<u32>>,
 }
 
 /// What a ray meets: how far it goes, and which object stops it before the floor.
@@ -55,12 +55,11 @@ impl<'a> Sight<'a> {
             }
         }
         objects.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let mut tiles: Vec<Vec<u16>> = vec![Vec::new(); rig.tiles()];
+        let mut tiles: Vec<Vec<u32>> = vec![Vec::new(); rig.tiles()];
         for (k, (.., of)) in objects.iter().enumerate() {
             for &tile in of {
-                // a plan has at most some thousands of objects
-                if tiles[tile].last() != Some(&(k as u16)) {
-                    tiles[tile].push(k as u16);
+                if tiles[tile].last() != Some(&(k as u32)) {
+                    tiles[tile].push(k as u32);
                 }
             }
         }
@@ -74,9 +73,10 @@ impl<'a> Sight<'a> {
         let eye = &self.eyes[row & 1];
         let ray = rig.rays[row * rig.width + column];
         let beam = Beam::new(Vec3::new(eye.x, eye.y, rig.up), eye.turned(ray));
-        let mut met = Met { beam, distance: if ray.z < 0.0 { -rig.up / ray.z } else { f64::INFINITY }, object: None };
+        let mut met =
+            Met { beam, distance: if ray.z < 0.0 { -rig.up / ray.z } else { f64::INFINITY }, object: None };
         for &k in &self.tiles[rig.tile(column, row)] {
-            let (object, away) = self.objects[usize::from(k)];
+            let (object, away) = self.objects[k as usize];
             if away > met.distance * met.distance * beam.flat {
                 break;
             }
@@ -165,13 +165,16 @@ impl<'a> Sight<'a> {
         let own = OwnShadow::new(&self.office.lights, eye, &self.office.body(eye));
         let (across, down) = (rig.width.div_ceil(LATTICE) + 1, rig.height.div_ceil(LATTICE) + 1);
         let point = |i: usize, j: usize| {
-            let foot = rig.feet[(j * LATTICE).min(rig.height - 1) * rig.width + (i * LATTICE).min(rig.width - 1)];
+            let foot =
+                rig.feet[(j * LATTICE).min(rig.height - 1) * rig.width + (i * LATTICE).min(rig.width - 1)];
             if foot.level == u8::MAX {
                 return 1.0;
             }
             let way = eye.turned(Vec3::new(f64::from(foot.ahead), f64::from(foot.left), 0.0));
             let p = Vec3::new(eye.x + way.x, eye.y + way.y, 0.0);
-            self.people.iter().fold(own.remains(p.x as f32, p.y as f32), |rest, person| rest * person.shade(p))
+            self.people
+                .iter()
+                .fold(own.remains(p.x as f32, p.y as f32), |rest, person| rest * person.shade(p))
         };
         let lattice: Vec<f32> = (0..across * down).map(|k| point(k % across, k / across)).collect();
         let mut shade = vec![0.0; rig.width * rig.height];
@@ -216,7 +219,9 @@ impl<'a> Sight<'a> {
         let p = met.beam.o + met.beam.d * met.distance;
         match object {
             Object::Wall(i) => self.wall(i, p, &met.beam, k),
-            Object::Part(i) => self.part(&self.office.space.parts[i], Some(self.office.light.tops[i]), p, &met.beam),
+            Object::Part(i) => {
+                self.part(&self.office.space.parts[i], Some(self.office.light.tops[i]), p, &met.beam)
+            }
             Object::Walker(i) => self.part(&self.walkers[i], None, p, &met.beam),
         }
     }
@@ -271,7 +276,8 @@ fn paint(openings: &[Leaf], looks: &super::Looks, along: f64, z: f64) -> (f32, f
             OpeningKind::Door => {
                 let inner = inner.min(2.05 - z);
                 // a frame, a dark gap, the leaf with its handle
-                let handle = (z - 1.0).abs() < 0.03 && (along - middle - opening.width / 2.0 + 0.12).abs() < 0.06;
+                let handle =
+                    (z - 1.0).abs() < 0.03 && (along - middle - opening.width / 2.0 + 0.12).abs() < 0.06;
                 match inner {
                     i if i < -0.06 => continue,
                     i if i < 0.0 => return (albedo * 0.6 + 0.1, 0.5 * looks.gloss),
@@ -309,7 +315,11 @@ impl Office {
             Pattern::Taped if (0.44..0.52).contains(&z) => 1.25,
             Pattern::Drawers if n.z == 0.0 => {
                 let drawer = z * 3.0 - (z * 3.0).floor();
-                let along = if n.x == 0.0 { p.x - (bounds.x.0 + bounds.x.1) / 2.0 } else { p.y - (bounds.y.0 + bounds.y.1) / 2.0 };
+                let along = if n.x == 0.0 {
+                    p.x - (bounds.x.0 + bounds.x.1) / 2.0
+                } else {
+                    p.y - (bounds.y.0 + bounds.y.1) / 2.0
+                };
                 match drawer {
                     d if d < 0.04 => 0.35,
                     d if (0.45..0.55).contains(&d) && along.abs() < 0.07 => 1.7,

@@ -89,7 +89,9 @@ pub enum PlanError {
     #[error("there is no `room`; add one, as `room 0 10 -1 1`")]
     NoRoom,
     /// More floor than is lit in reasonable time and memory.
-    #[error("the rooms cover {area:.0} m² of floor within {bounds:.0} m²; at most {most_area:.0} within {most_bounds:.0} are built")]
+    #[error(
+        "the rooms cover {area:.0} m² of floor within {bounds:.0} m²; at most {most_area:.0} within {most_bounds:.0} are built"
+    )]
     TooLarge {
         /// The sum of the rooms' areas.
         area: f64,
@@ -99,6 +101,14 @@ pub enum PlanError {
         most_area: f64,
         /// The most that is built.
         most_bounds: f64,
+    },
+    /// Rooms that overlap in so many ways that their walls are too many.
+    #[error("there are {walls} walls around the rooms; at most {most} are built: let fewer rooms overlap")]
+    Walls {
+        /// How many there are.
+        walls: usize,
+        /// The most that are built.
+        most: usize,
     },
     /// A door or pane that is on no wall.
     #[error("line {line}: no wall is within 10 cm of ({x}, {y}); give the middle of the opening, on a wall")]

@@ -67,7 +67,8 @@ fn near(room: &Room, item: &Item, margin: f64) -> bool {
 fn beside(hall: &Hall, along: f64, unseen: bool, stream: &mut Stream) -> Option<Item> {
     let side = if stream.chance(0.5) { 1.0 } else { -1.0 };
     let most = hall.width() - PASSAGE;
-    let (kind, gap, a, b, c) = (stream.unit(), stream.range(0.0, 0.1), stream.unit(), stream.unit(), stream.unit());
+    let (kind, gap, a, b, c) =
+        (stream.unit(), stream.range(0.0, 0.1), stream.unit(), stream.unit(), stream.unit());
     let between = |part: f64, low: f64, high: f64| low + (high - low) * part;
     let new = unseen && stream.chance(0.55);
     let (kind, long, deep, height, albedo) = match kind {
@@ -79,28 +80,43 @@ fn beside(hall: &Hall, along: f64, unseen: bool, stream: &mut Stream) -> Option<
             (ItemKind::Suitcase, between(a, 0.35, 0.5), 0.26, between(b, 0.5, 0.7), between(c, 0.05, 0.35))
         }
         k if new && k < 0.8 => (ItemKind::Cone, 0.36, 0.36, between(a, 0.4, 0.65), 0.42),
-        _ if new => (ItemKind::Drawer, between(a, 0.4, 0.5), 0.5, between(b, 0.65, 0.9), between(c, 0.2, 0.5)),
-        k if k < 0.3 => {
-            (ItemKind::Box, between(a, 0.3, 0.7), between(b, 0.3, 0.6), between(c, 0.25, 0.8), between(a, 0.25, 0.45))
+        _ if new => {
+            (ItemKind::Drawer, between(a, 0.4, 0.5), 0.5, between(b, 0.65, 0.9), between(c, 0.2, 0.5))
         }
+        k if k < 0.3 => (
+            ItemKind::Box,
+            between(a, 0.3, 0.7),
+            between(b, 0.3, 0.6),
+            between(c, 0.25, 0.8),
+            between(a, 0.25, 0.45),
+        ),
         k if k < 0.5 => {
             let size = between(a, 0.26, 0.38);
             (ItemKind::Bin, size, size, between(b, 0.3, 0.6), between(c, 0.06, 0.16))
         }
         k if k < 0.72 => (ItemKind::Chair, 0.42, 0.42, between(a, 0.8, 0.95), between(b, 0.06, 0.25)),
-        k if k < 0.86 => {
-            (ItemKind::Cabinet, between(a, 0.45, 0.9), between(b, 0.35, 0.5), between(c, 0.7, 1.5), between(b, 0.2, 0.5))
-        }
-        k if k < 0.93 => {
-            (ItemKind::Table, between(a, 0.9, 1.4), between(b, 0.5, 0.7), between(c, 0.68, 0.74), between(a, 0.25, 0.5))
-        }
+        k if k < 0.86 => (
+            ItemKind::Cabinet,
+            between(a, 0.45, 0.9),
+            between(b, 0.35, 0.5),
+            between(c, 0.7, 1.5),
+            between(b, 0.2, 0.5),
+        ),
+        k if k < 0.93 => (
+            ItemKind::Table,
+            between(a, 0.9, 1.4),
+            between(b, 0.5, 0.7),
+            between(c, 0.68, 0.74),
+            between(a, 0.25, 0.5),
+        ),
         _ => {
             let size = between(a, 0.3, 0.45);
             (ItemKind::Pillar, size, size, 2.6, between(b, 0.35, 0.55))
         }
     };
     // chairs and round things stand a little before the wall
-    let gap = if matches!(kind, ItemKind::Chair | ItemKind::Plant | ItemKind::Cone) { gap + 0.06 } else { gap };
+    let gap =
+        if matches!(kind, ItemKind::Chair | ItemKind::Plant | ItemKind::Cone) { gap + 0.06 } else { gap };
     if gap + deep > most {
         return None;
     }
@@ -109,8 +125,20 @@ fn beside(hall: &Hall, along: f64, unseen: bool, stream: &mut Stream) -> Option<
     item.turn = match (kind, hall.along_x) {
         (ItemKind::Chair, _) => between(a, 0.0, 360.0),
         // the drawer opens along the hallway
-        (ItemKind::Drawer, true) => if b < 0.5 { 0.0 } else { 180.0 },
-        (ItemKind::Drawer, false) => if b < 0.5 { 90.0 } else { -90.0 },
+        (ItemKind::Drawer, true) => {
+            if b < 0.5 {
+                0.0
+            } else {
+                180.0
+            }
+        }
+        (ItemKind::Drawer, false) => {
+            if b < 0.5 {
+                90.0
+            } else {
+                -90.0
+            }
+        }
         _ => 0.0,
     };
     Some(item)
@@ -127,7 +155,8 @@ fn desks(plan: &mut Plan, open: Room, unseen: bool, stream: &mut Stream) {
         plan.items.push(table);
         let turn = stream.range(0.0, 360.0);
         let (x, y) = (at + stream.range(-0.3, 0.3), open.y.1 - stream.range(0.95, 1.3));
-        let chair = Item { kind: ItemKind::Chair, x, y, width: 0.44, depth: 0.44, height: 0.9, albedo: 0.09, turn };
+        let chair =
+            Item { kind: ItemKind::Chair, x, y, width: 0.44, depth: 0.44, height: 0.9, albedo: 0.09, turn };
         plan.items.push(chair);
         at += stream.range(1.9, 2.6);
     }

@@ -155,7 +155,8 @@ fn stripe(plan: &mut Plan, layout: &Layout, stream: &mut Stream) {
     let at = if stream.chance(0.5) { from + 2.8 } else { to - 2.8 - wide };
     let Room { x, y } = hall.room;
     let room = if hall.along_x { Room { x: (at, at + wide), y } } else { Room { x, y: (at, at + wide) } };
-    let albedo = if stream.chance(0.7) { stream.range(0.3, 0.42) } else { stream.range(0.5, 0.55) } * plan.carpet;
+    let albedo =
+        if stream.chance(0.7) { stream.range(0.3, 0.42) } else { stream.range(0.5, 0.55) } * plan.carpet;
     plan.stripes.push(Stripe { room, albedo });
 }
 
@@ -166,7 +167,12 @@ fn people(plan: &mut Plan, layout: &Layout, stream: &mut Stream) {
             let (from, to) = hall.span();
             let aside = stream.range(0.05, 0.2) * if stream.chance(0.5) { 1.0 } else { -1.0 };
             let (a, b) = (stream.range(from + 1.2, from + 4.0), stream.range(to - 4.0, to - 1.2));
-            let path = vec![hall.point(a, aside), hall.point(b, aside), hall.point(b, -aside), hall.point(a, -aside)];
+            let path = vec![
+                hall.point(a, aside),
+                hall.point(b, aside),
+                hall.point(b, -aside),
+                hall.point(a, -aside),
+            ];
             let (speed, albedo) = (stream.range(0.5, 1.2), stream.range(0.04, 0.3));
             plan.people.push(Person { speed, albedo, path });
         }

@@ -12,6 +12,8 @@ const LONGEST: usize = 1 << 20;
 const ROOMS: usize = 200;
 const MANY: usize = 500;
 const FEW: usize = 32;
+/// The most walls around them.
+const WALLS: usize = 2000;
 /// The most floor that is built, in square metres: by the rooms, and by the rectangle around them.
 const AREA: f64 = 2500.0;
 const BOUNDS: f64 = 10_000.0;
@@ -91,8 +93,9 @@ impl Line<'_> {
         }
         let speed = self.number(("speed", 0.0, 5.0), self.rest[0])?;
         let albedo = self.number(ALBEDO, self.rest[1])?;
-        let corner =
-            |pair: &[&str]| -> Result<_, PlanError> { Ok((self.number(X, pair[0])?, self.number(Y, pair[1])?)) };
+        let corner = |pair: &[&str]| -> Result<_, PlanError> {
+            Ok((self.number(X, pair[0])?, self.number(Y, pair[1])?))
+        };
         let path = self.rest[2..].chunks_exact(2).map(corner).collect::<Result<_, _>>()?;
         Ok(Person { speed, albedo, path })
     }
@@ -162,8 +165,7 @@ impl FromStr for Plan {
                     line.push(&mut plan.stripes, FEW, Stripe { room, albedo })?;
                 }
                 "door" | "glass" => {
-                    let kind =
-                        if line.keyword == "door" { OpeningKind::Door } else { OpeningKind::Glass };
+                    let kind = if line.keyword == "door" { OpeningKind::Door } else { OpeningKind::Glass };
                     let [x, y, width, albedo] = line.numbers([X, Y, WIDTH, ALBEDO], None)?;
                     line.push(&mut plan.openings, MANY, Opening { kind, x, y, width, albedo })?;
                     openings.push(line.number);
@@ -191,7 +193,8 @@ impl FromStr for Plan {
                         line.push(&mut plan.items, MANY, item)?;
                     }
                     None => {
-                        let others = "seed ceiling carpet wall skirting room stripe door glass light person start";
+                        let others =
+                            "seed ceiling carpet wall skirting room stripe door glass light person start";
                         let names: Vec<&str> =
                             others.split(' ').chain(ITEMS.iter().map(|(name, _)| *name)).collect();
                         let (word, known) = (shown(word), names.join(", "));
@@ -225,6 +228,9 @@ impl Plan {
             return Err(PlanError::TooLarge { area, bounds, most_area: AREA, most_bounds: BOUNDS });
         }
         let walls = outline(&self.rooms);
+        if walls.len() > WALLS {
+            return Err(PlanError::Walls { walls: walls.len(), most: WALLS });
+        }
         for (opening, &line) in self.openings.iter().zip(openings) {
             if opening.wall(&walls).is_none() {
                 return Err(PlanError::NoWall { line, x: opening.x, y: opening.y });
