@@ -19,7 +19,14 @@ pub(crate) struct DataArgs {
     pub(crate) data: Option<PathBuf>,
     /// Train on what a robot's camera recorded in a synthetic office: nsh, fmrb, or combined for every other image of
     /// both; one other building of the kind chooses the winner, another one is held out
-    #[arg(long, value_name = "NAME", conflicts_with = "data")]
+    #[arg(
+        long,
+        value_name = "NAME",
+        // each by itself: clap does not ask for `--data`, which the others need, beside what conflicts with it
+        conflicts_with_all = [
+            "data", "holdout", "train_match", "holdout_match", "validation", "validation_match", "split_by", "gap", "folds",
+        ]
+    )]
     pub(crate) world: Option<World>,
     /// What the result is tested on and nothing is trained on: a second such folder, or a part of the first, as
     /// 25%, fold:2/5 or group:hall,lab

@@ -190,7 +190,7 @@ impl Source {
         table.try_into().map_err(|error| {
             CliError::Failed(format!(
                 "{}: the table [data] does not say where the fitness cases come from: {}; it has a table [data.folder] \
-                 with the path `train`, and perhaps {}",
+                 with the path `train`, and perhaps {}, or a table [data.world] with the `name` of a world",
                 file.display(),
                 error.to_string().trim_end().replace('\n', " "),
                 "`holdout`, `holdout_match`, `holdout_part`, the same of `validation`, `split_by` and `gap`"
@@ -427,6 +427,30 @@ impl Folder {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_world_is_found_again_in_its_table() {
+        let file = Path::new("my.toml");
+        let read =
+            |text: &str| Source::from_table(&toml::from_str(text).expect("TOML"), file).expect("a world");
+        let source = read("[world]\nname = \"fmrb\"\nframes = 1");
+        let cases = source.load().expect("in range");
+        assert!(source.has_holdout() && cases.validation.is_some() && cases.holdout.is_some());
+        let table = source.to_table(&cases).expect("a table");
+        let again = Source::from_table(&table, file).expect("the same");
+        assert_eq!(again, source);
+        // a resume loads the same, and would notice others
+        again.load().expect("in range").check(&table, file).expect("nothing has changed");
+        let other =
+            read("[world]\nname = \"fmrb\"\nframes = 1\nholdout_building = 9").load().expect("in range");
+        assert!(other.check(&table, file).is_err());
+        assert_eq!(read("[world]\nname = \"nsh\""), Source::world(World::Nsh));
+        assert_eq!(Source::world(World::Nsh).name(), "nsh");
+        let parts =
+            source.parts().expect("known").map(|part| part.and_then(|part| part.synth).expect("a command"));
+        assert_eq!(parts[0], "vsonar synth --world fmrb --out fmrb --frames 1");
+        assert_eq!(parts[2], "vsonar synth --world fmrb --out fmrb-elsewhere --seed 2 --frames 1");
+    }
 
     #[test]
     fn names_suit_a_file_system() {

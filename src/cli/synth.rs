@@ -9,12 +9,15 @@ use super::output::{self, count, shell_word};
 
 const EXAMPLES: &str = "\
 Examples:
-  vsonar synth --world fmrb --out fmrb                       the set that `vsonar evolve --world fmrb` trains on
-  vsonar synth --world fmrb --seed 2 --out elsewhere         another building of the kind
-  vsonar synth --world nsh --seed 3 --changed --out changed  other things and another camera in another building
+  vsonar synth --world fmrb --out fmrb
+      the set that `vsonar evolve --world fmrb` trains on
+  vsonar synth --world fmrb --seed 2 --out elsewhere
+      another building of the kind
+  vsonar synth --world nsh --seed 3 --changed --out changed
+      other things and another camera in another building
 
-nsh: hallways with people in them and a wide stripe of other carpet. fmrb: a hallway whose lights are burned out
-in part. combined: every other image of both. The images are in the order in which they were taken.";
+nsh has people in its hallways, and a wide stripe of other carpet. In fmrb the lights are burned out along part of a
+hallway. combined has every other image of both. The images are in the order in which they were taken.";
 
 /// Write what a robot's camera recorded in a synthetic office, as a data folder
 #[derive(clap::Args)]

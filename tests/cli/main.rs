@@ -20,3 +20,4 @@ mod runs;
 mod show;
 mod sweep;
 mod sweep_faults;
+mod synth;
