@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use vsonar::dataset::{self, ParsePartError, Unit};
+use vsonar::world::office::World;
 
 use super::CliError;
 use super::source::{Folder, Source, absolute};
@@ -16,6 +17,17 @@ pub(crate) struct DataArgs {
     /// names any, else a built-in synthetic corridor]
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
+    /// Train on what a robot's camera recorded in a synthetic office: nsh, fmrb, or combined for every other image of
+    /// both; one other building of the kind chooses the winner, another one is held out
+    #[arg(
+        long,
+        value_name = "NAME",
+        // each by itself: clap does not ask for `--data`, which the others need, beside what conflicts with it
+        conflicts_with_all = [
+            "data", "holdout", "train_match", "holdout_match", "validation", "validation_match", "split_by", "gap", "folds",
+        ]
+    )]
+    pub(crate) world: Option<World>,
     /// What the result is tested on and nothing is trained on: a second such folder, or a part of the first, as
     /// 25%, fold:2/5 or group:hall,lab
     ///
@@ -102,8 +114,8 @@ fn unit(text: &str) -> Result<Unit, String> {
 impl DataArgs {
     /// Whether there are any.
     pub(crate) fn given(&self) -> bool {
-        // The others need it.
-        self.data.is_some()
+        // The others need the first.
+        self.data.is_some() || self.world.is_some()
     }
 
     /// What the flags say; with `folds` the parts to be held out are still to be named.
@@ -122,7 +134,7 @@ impl DataArgs {
             return Err(CliError::Usage(text.to_string()));
         }
         let Some(data) = &self.data else {
-            return Ok(Source::built_in());
+            return Ok(self.world.map_or_else(Source::built_in, Source::world));
         };
         let folder = |place: &Option<Place>| place.as_ref().and_then(Place::folder).map(absolute).transpose();
         let part = |place: &Option<Place>| place.as_ref().and_then(Place::part);
@@ -153,6 +165,7 @@ mod tests {
     fn a_source_is_found_again_in_its_table() {
         let args = DataArgs {
             data: Some("a/b c".into()),
+            world: None,
             holdout: None,
             train_match: Some("x*".into()),
             holdout_match: Some("y*".into()),
@@ -162,6 +175,7 @@ mod tests {
             gap: Some(1),
         };
         let folder = args.source(false).expect("UTF-8");
+        let world = DataArgs { data: None, world: Some(World::Nsh), ..args.clone() };
         let synthetic = DataArgs { data: None, train_match: None, holdout_match: None, ..args };
         let small = Corridor { width: 16, height: 16, columns: 1, ..Corridor::default() };
         let set = |seed| small.render(seed, 1).expect("possible");
@@ -172,7 +186,8 @@ mod tests {
             left_out: 0,
         };
         let file = Path::new("my.toml");
-        for source in [folder, synthetic.source(false).expect("nothing to go wrong")] {
+        let made = |args: &DataArgs| args.source(false).expect("nothing to go wrong");
+        for source in [folder, made(&synthetic), made(&world)] {
             for cases in [cases(Some(set(2))), cases(None)] {
                 let table = source.to_table(&cases).expect("a table");
                 assert_eq!(Source::from_table(&table, file).expect("the same"), source);

@@ -31,6 +31,8 @@ Examples:
       train on two drives, test on the third
   vsonar evolve --data photos --holdout 20% --validation 20%
       hold out the last fifth of each drive; of the rest another fifth chooses the winner
+  vsonar evolve --world fmrb
+      train on what a robot recorded in a synthetic office; other buildings choose the winner and test it
   vsonar evolve --data photos --preset paper --seed 3 --out runs/as-published
       the published method as it stands
   vsonar evolve --data photos --nodes -raw --trees 1 --set selection.tournament=3
@@ -89,7 +91,7 @@ pub(crate) struct Args {
         value_name = "RUN",
         help_heading = "Run",
         conflicts_with_all = [
-            "data", "holdout", "train_match", "holdout_match", "validation", "validation_match", "split_by", "gap", "folds",
+            "data", "world", "holdout", "train_match", "holdout_match", "validation", "validation_match", "split_by", "gap", "folds",
             "preset", "settings", "seed", "population", "trees", "tolerance", "nodes", "set", "out", "runs",
         ]
     )]

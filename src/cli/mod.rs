@@ -41,6 +41,7 @@ mod show;
 mod source;
 mod summary;
 mod sweep;
+mod synth;
 mod table;
 mod view;
 
@@ -84,6 +85,7 @@ enum Command {
     Bench(Box<bench::Args>),
     Calibrate(calibrate::Args),
     Data(data::Args),
+    Synth(synth::Args),
     Completions(completions::Args),
 }
 
@@ -108,6 +110,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Bench(args) => bench::run(*args),
         Command::Calibrate(args) => calibrate::run(args),
         Command::Data(args) => data::run(args),
+        Command::Synth(args) => synth::run(args),
         Command::Completions(args) => completions::run(args),
     };
     match done {

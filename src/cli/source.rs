@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use vsonar::dataset::{self, DEFAULT_GAP, Dataset, ParsePartError, Unit};
+use vsonar::world::office::World;
 use vsonar::world::{Corridor, FRAMES};
 
 use super::CliError;
@@ -25,6 +26,8 @@ pub(crate) enum Source {
     Folder(Folder),
     /// The built-in corridor.
     Synthetic(Synthetic),
+    /// What a robot's camera recorded in a synthetic office.
+    World(Recorded),
 }
 
 /// Folders of images; the paths are absolute.
@@ -67,6 +70,29 @@ pub(crate) struct Synthetic {
     frames: usize,
 }
 
+/// A synthetic office: what is recorded in it is trained on, and what is in two other buildings of the kind.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Recorded {
+    name: World,
+    /// The building that chooses the winner.
+    #[serde(default = "validation_office")]
+    validation_building: u64,
+    #[serde(default = "other_office")]
+    holdout_building: u64,
+    /// Pictures of each building, if not as many as the world has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    frames: Option<usize>,
+}
+
+fn validation_office() -> u64 {
+    1
+}
+
+fn other_office() -> u64 {
+    2
+}
+
 fn building() -> u64 {
     BUILDING
 }
@@ -85,8 +111,8 @@ pub(crate) struct Part {
     pub(crate) folder: PathBuf,
     /// The images that count, if not all do.
     pub(crate) pattern: Option<String>,
-    /// For a folder that is yet to be made: building and frames.
-    pub(crate) synth: Option<(u64, usize)>,
+    /// For a folder that is yet to be made: the command that makes it.
+    pub(crate) synth: Option<String>,
 }
 
 /// The path from the root; the folder itself is looked at when it is loaded.
@@ -110,6 +136,12 @@ impl Source {
             holdout_building: OTHER_BUILDING,
             frames: FRAMES,
         })
+    }
+
+    /// A synthetic office: its recording to train on, one other building that chooses the winner, one that is held out.
+    pub(crate) fn world(name: World) -> Source {
+        let (validation_building, holdout_building) = (validation_office(), other_office());
+        Source::World(Recorded { name, validation_building, holdout_building, frames: None })
     }
 
     /// As the table `[data]`, for a run with these cases.
@@ -158,7 +190,7 @@ impl Source {
         table.try_into().map_err(|error| {
             CliError::Failed(format!(
                 "{}: the table [data] does not say where the fitness cases come from: {}; it has a table [data.folder] \
-                 with the path `train`, and perhaps {}",
+                 with the path `train`, and perhaps {}, or a table [data.world] with the `name` of a world",
                 file.display(),
                 error.to_string().trim_end().replace('\n', " "),
                 "`holdout`, `holdout_match`, `holdout_part`, the same of `validation`, `split_by` and `gap`"
@@ -176,7 +208,7 @@ impl Source {
                 validation: f.validation.as_ref().map(|dir| absolute(&place.join(dir))).transpose()?,
                 ..f
             })),
-            synthetic => Ok(synthetic),
+            other => Ok(other),
         }
     }
 
@@ -184,7 +216,7 @@ impl Source {
     pub(crate) fn folder(&self) -> Option<&Path> {
         match self {
             Source::Folder(folder) => Some(&folder.train),
-            Source::Synthetic(_) => None,
+            Source::Synthetic(_) | Source::World(_) => None,
         }
     }
 
@@ -192,7 +224,7 @@ impl Source {
     pub(crate) fn with_folder(self, train: &Path) -> Result<Option<Source>, CliError> {
         Ok(match self {
             Source::Folder(folder) => Some(Source::Folder(Folder { train: absolute(train)?, ..folder })),
-            Source::Synthetic(_) => None,
+            Source::Synthetic(_) | Source::World(_) => None,
         })
     }
 
@@ -206,6 +238,7 @@ impl Source {
         let name = match self {
             Source::Folder(folder) => folder.train.file_name().map(|n| n.to_string_lossy().into_owned()),
             Source::Synthetic(_) => Some("synthetic".to_string()),
+            Source::World(world) => Some(world.name.to_string()),
         };
         let plain = |c: char| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' };
         let name: String = name.unwrap_or_default().chars().map(plain).collect();
@@ -237,13 +270,28 @@ impl Source {
                 let part = |name: &str, building| Part {
                     folder: name.into(),
                     pattern: None,
-                    synth: Some((building, s.frames)),
+                    synth: Some(corridor_command(name, building, s.frames)),
                 };
                 let validation = s.validation_building.map(|building| part("between", building));
                 Some([
                     Some(part("corridor", s.building)),
                     validation,
                     Some(part("elsewhere", s.holdout_building)),
+                ])
+            }
+            Source::World(w) => {
+                let part = |folder: &str, building: Option<u64>| {
+                    let folder =
+                        if building.is_none() { w.name.to_string() } else { format!("{}-{folder}", w.name) };
+                    let mut command = format!("vsonar synth --world {} --out {folder}", w.name);
+                    building.iter().for_each(|seed| command += &format!(" --seed {seed}"));
+                    w.frames.iter().for_each(|frames| command += &format!(" --frames {frames}"));
+                    Some(Part { folder: folder.into(), pattern: None, synth: Some(command) })
+                };
+                Some([
+                    part("", None),
+                    part("between", Some(w.validation_building)),
+                    part("elsewhere", Some(w.holdout_building)),
                 ])
             }
         }
@@ -255,7 +303,7 @@ impl Source {
             Source::Folder(folder) => {
                 Some(Source::Folder(Folder { holdout_part: Some(part.to_string()), ..folder }))
             }
-            Source::Synthetic(_) => None,
+            Source::Synthetic(_) | Source::World(_) => None,
         }
     }
 
@@ -263,7 +311,7 @@ impl Source {
     pub(crate) fn has_holdout(&self) -> bool {
         match self {
             Source::Folder(f) => f.holdout.is_some() || f.holdout_match.is_some() || f.holdout_part.is_some(),
-            Source::Synthetic(_) => true,
+            Source::Synthetic(_) | Source::World(_) => true,
         }
     }
 
@@ -277,6 +325,9 @@ impl Source {
                 }
                 None => "the built-in corridor, another building held out".to_string(),
             },
+            Source::World(w) => {
+                format!("the world {}; one other building chooses the winner, another is held out", w.name)
+            }
             Source::Folder(f) => {
                 let mut text = from_here(&f.train).display().to_string();
                 f.train_match.iter().for_each(|glob| text += &format!(", images {glob}"));
@@ -304,9 +355,30 @@ impl Source {
                 let validation = s.validation_building.map(render).transpose()?;
                 Ok(Cases { train, validation, holdout: Some(render(s.holdout_building)?), left_out: 0 })
             }
+            Source::World(w) => {
+                let recorded = |building| w.name.recorded(building, false, w.frames);
+                Ok(Cases {
+                    train: recorded(None)?,
+                    validation: Some(recorded(Some(w.validation_building))?),
+                    holdout: Some(recorded(Some(w.holdout_building))?),
+                    left_out: 0,
+                })
+            }
             Source::Folder(f) => f.load(),
         }
     }
+}
+
+/// The command that writes a building of the corridor into a folder.
+fn corridor_command(folder: &str, building: u64, frames: usize) -> String {
+    let mut command = format!("vsonar data synth {folder}");
+    if building != BUILDING {
+        command += &format!(" --seed {building}");
+    }
+    if frames != FRAMES {
+        command += &format!(" --frames {frames}");
+    }
+    command
 }
 
 impl Folder {
@@ -355,6 +427,30 @@ impl Folder {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_world_is_found_again_in_its_table() {
+        let file = Path::new("my.toml");
+        let read =
+            |text: &str| Source::from_table(&toml::from_str(text).expect("TOML"), file).expect("a world");
+        let source = read("[world]\nname = \"fmrb\"\nframes = 1");
+        let cases = source.load().expect("in range");
+        assert!(source.has_holdout() && cases.validation.is_some() && cases.holdout.is_some());
+        let table = source.to_table(&cases).expect("a table");
+        let again = Source::from_table(&table, file).expect("the same");
+        assert_eq!(again, source);
+        // a resume loads the same, and would notice others
+        again.load().expect("in range").check(&table, file).expect("nothing has changed");
+        let other =
+            read("[world]\nname = \"fmrb\"\nframes = 1\nholdout_building = 9").load().expect("in range");
+        assert!(other.check(&table, file).is_err());
+        assert_eq!(read("[world]\nname = \"nsh\""), Source::world(World::Nsh));
+        assert_eq!(Source::world(World::Nsh).name(), "nsh");
+        let parts =
+            source.parts().expect("known").map(|part| part.and_then(|part| part.synth).expect("a command"));
+        assert_eq!(parts[0], "vsonar synth --world fmrb --out fmrb --frames 1");
+        assert_eq!(parts[2], "vsonar synth --world fmrb --out fmrb-elsewhere --seed 2 --frames 1");
+    }
 
     #[test]
     fn names_suit_a_file_system() {

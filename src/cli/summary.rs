@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use vsonar::dataset::{Constants, TOLERANCE};
 use vsonar::evolve::{Evolution, Preset, Settings, Warning};
-use vsonar::world::FRAMES;
 
 use super::CliError;
 use super::cases::Cases;
@@ -220,16 +219,7 @@ pub(crate) fn next(
         flags
     };
     let synth = |part: &source::Part, what: &str| {
-        part.synth.map(|(building, frames)| {
-            let mut command = format!("vsonar data synth {}", shell_word(&part.folder));
-            if building != source::BUILDING {
-                command += &format!(" --seed {building}");
-            }
-            if frames != FRAMES {
-                command += &format!(" --frames {frames}");
-            }
-            format!("{command}    # {what} as a folder")
-        })
+        part.synth.as_ref().map(|command| format!("{command}    # {what} as a folder"))
     };
     let parts = [
         Some(("train", "in training")),

@@ -20,6 +20,7 @@ const COMMANDS: &[&[&str]] = &[
     &["data"],
     &["data", "check"],
     &["data", "synth"],
+    &["synth"],
     &["completions"],
 ];
 
@@ -59,6 +60,7 @@ fn every_command_has_help_with_examples() {
         "bench",
         "calibrate",
         "data",
+        "synth",
         "completions",
     ] {
         assert!(all.contains(&format!(" {command} ")), "{all}");

@@ -21,3 +21,4 @@ mod runs;
 mod show;
 mod sweep;
 mod sweep_faults;
+mod synth;

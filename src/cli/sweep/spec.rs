@@ -11,7 +11,7 @@ use toml::de::DeTable;
 use vsonar::evolve::Preset;
 
 use super::super::CliError;
-use super::super::source::{Folder, Source, Synthetic};
+use super::super::source::{Folder, Recorded, Source, Synthetic};
 use super::seeds;
 use super::settings::{self, Setting};
 
@@ -66,6 +66,7 @@ struct RawData {
     name: Spanned<String>,
     folder: Option<Folder>,
     synthetic: Option<Synthetic>,
+    world: Option<Recorded>,
 }
 
 /// Seeds where a file gives none.
@@ -161,21 +162,22 @@ fn data(file: &File<'_>, path: &Path, raw: Vec<Spanned<RawData>>) -> Result<Vec<
     if raw.is_empty() {
         return Err(file.fault(
             0,
-            "there is no data set; add a table [[data]] with a name and [data.folder] or [data.synthetic]",
+            "there is no data set; add a table [[data]] with a name and [data.folder], [data.synthetic] or [data.world]",
         ));
     }
     let mut names = BTreeSet::new();
     let mut all = Vec::new();
     for one in raw {
         let at = one.span().start;
-        let RawData { name: spanned, folder, synthetic } = one.into_inner();
+        let RawData { name: spanned, folder, synthetic, world } = one.into_inner();
         let name = checked_name(file, &spanned)?;
-        let source = match (folder, synthetic) {
-            (Some(folder), None) => Source::Folder(folder),
-            (None, Some(synthetic)) => Source::Synthetic(synthetic),
+        let source = match (folder, synthetic, world) {
+            (Some(folder), None, None) => Source::Folder(folder),
+            (None, Some(synthetic), None) => Source::Synthetic(synthetic),
+            (None, None, Some(world)) => Source::World(world),
             _ => {
                 let text = format!(
-                    "the data set `{name}` needs one of the tables [data.folder] (with `train`) and [data.synthetic]"
+                    "the data set `{name}` needs one of the tables [data.folder] (with `train`), [data.synthetic] and [data.world] (with `name`)"
                 );
                 return Err(file.fault(at, text));
             }

@@ -1,0 +1,232 @@
+//! Data sets: pictures that the camera takes while the robot wanders by sonar, with labels from the geometry.
+
+use std::fmt;
+use std::str::FromStr;
+
+use rayon::prelude::*;
+
+use super::grabber::{Exposure, Grabber};
+use super::wander::Wanderer;
+use super::{FRAME_RATE, Kind, Office, OfficeError, Place, Plan, Setup};
+use crate::dataset::{Case, Dataset, NamedImage};
+
+/// Frames of the camera from one recorded picture to the next.
+const EVERY: usize = 30;
+/// Pictures of the sets that stand for the paper's.
+const NSH: usize = 69;
+const FMRB: usize = 71;
+/// The drives recorded in the buildings drawn by hand: they turn two or three times, cross the stripe, meet people,
+/// and pass through the dark.
+const NSH_DRIVE: u64 = 4;
+const FMRB_DRIVE: u64 = 7;
+
+impl Kind {
+    /// Its name, as names of pictures begin.
+    fn name(self) -> &'static str {
+        match self {
+            Kind::Nsh => "nsh",
+            Kind::Fmrb => "fmrb",
+        }
+    }
+
+    fn frames(self) -> usize {
+        match self {
+            Kind::Nsh => NSH,
+            Kind::Fmrb => FMRB,
+        }
+    }
+}
+
+/// Where and when a picture of a drive was taken.
+#[derive(Debug, Clone)]
+pub struct Shot {
+    /// Seconds since the office's beginning.
+    pub seconds: f64,
+    /// Where the robot stood.
+    pub place: Place,
+    exposure: Exposure,
+}
+
+/// Lets a robot wander through an office by sonar until so many pictures are taken, one every 3 seconds. The seed
+/// chooses how it drives; it starts at the first of the office's places.
+pub fn drive(office: &Office, frames: usize, seed: u64) -> Vec<Shot> {
+    shots(office, frames, seed, &mut office.grabber(seed))
+}
+
+fn shots(office: &Office, frames: usize, seed: u64, grabber: &mut Grabber) -> Vec<Shot> {
+    let mut robot = Wanderer::new(office.start(0), seed);
+    let mut taken = Vec::new();
+    for k in 0..frames * EVERY {
+        let seconds = k as f64 / FRAME_RATE;
+        let moment = office.at(seconds);
+        let place = *robot.place();
+        let exposure = grabber.expose(&moment, &place);
+        if k % EVERY == EVERY - 1 {
+            taken.push(Shot { seconds, place, exposure });
+        }
+        robot.step(&moment);
+    }
+    taken
+}
+
+/// Records a drive (see [`drive`]): the pictures are named `NAME_0000.png` onward, and each of the set-up's columns has
+/// its label.
+///
+/// # Errors
+/// If no pictures are asked for, or more than 10,000.
+pub fn record(office: &Office, name: &str, frames: usize, seed: u64) -> Result<Dataset, OfficeError> {
+    if !(1..=10_000).contains(&frames) {
+        return Err(OfficeError::Frames(frames));
+    }
+    let mut grabber = office.grabber(seed);
+    let taken = shots(office, frames, seed, &mut grabber);
+    let columns: Vec<u32> = office.setup().labelled().collect();
+    // what each picture depends on is known: the order in which they are made does not matter
+    let made: Vec<(NamedImage, Vec<u32>)> = taken
+        .par_iter()
+        .enumerate()
+        .map(|(i, frame)| {
+            let moment = office.at(frame.seconds);
+            let pixels = grabber.develop(&moment, &frame.exposure);
+            let labels = moment.labels(&frame.place, columns.iter().copied());
+            (NamedImage { name: format!("{name}_{i:04}.png"), pixels }, labels)
+        })
+        .collect();
+    let (mut images, mut cases) = (Vec::new(), Vec::new());
+    for (image, (picture, labels)) in made.into_iter().enumerate() {
+        images.push(picture);
+        cases.extend(columns.iter().zip(labels).map(|(&x, y)| Case { image, x, y }));
+    }
+    Ok(Dataset::new(name, images, cases).expect("pictures of one size with labels inside are a sound set"))
+}
+
+/// A world to evolve detectors in: one of the three data sets of Martin (2006).
+///
+/// ```
+/// use vsonar::world::office::World;
+/// let world: World = "fmrb".parse()?;
+/// assert_eq!(world.to_string(), "fmrb");
+/// assert!("mars".parse::<World>().is_err());
+/// # Ok::<(), vsonar::world::office::ParseWorldError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum World {
+    /// Newell Simon Hall: people, and a wide stripe of other carpet.
+    Nsh,
+    /// The Field & Mobile Robotics Building: burned-out lights.
+    Fmrb,
+    /// Every other picture of both.
+    Combined,
+}
+
+/// A name that no world has.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("there is no world of this name; choose nsh, fmrb or combined")]
+pub struct ParseWorldError;
+
+impl FromStr for World {
+    type Err = ParseWorldError;
+
+    fn from_str(text: &str) -> Result<World, ParseWorldError> {
+        match text {
+            "nsh" => Ok(World::Nsh),
+            "fmrb" => Ok(World::Fmrb),
+            "combined" => Ok(World::Combined),
+            _ => Err(ParseWorldError),
+        }
+    }
+}
+
+impl fmt::Display for World {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            World::Nsh => "nsh",
+            World::Fmrb => "fmrb",
+            World::Combined => "combined",
+        })
+    }
+}
+
+/// Which of a world's sets.
+#[derive(Clone, Copy)]
+enum Which {
+    Training,
+    Elsewhere(u64),
+    Changed(u64),
+}
+
+impl World {
+    /// The set to train on: 69 pictures of `nsh`, 71 of `fmrb`, 70 of both for `combined`; six columns in each.
+    pub fn training(self) -> Dataset {
+        self.set(Which::Training, None).expect("the presets are in range")
+    }
+
+    /// The same camera and things in another building of the kind, by seed.
+    pub fn elsewhere(self, seed: u64) -> Dataset {
+        self.set(Which::Elsewhere(seed), None).expect("generated buildings are in range")
+    }
+
+    /// Another building with things that no building trained on holds, seen by a camera of another pitch, height and
+    /// exposure, by seed.
+    pub fn changed(self, seed: u64) -> Dataset {
+        self.set(Which::Changed(seed), None).expect("generated buildings are in range")
+    }
+
+    /// The training set, another building's or, with `changed`, a changed one's, of so many pictures (of each of both
+    /// buildings for `combined`, of which every other one is taken).
+    ///
+    /// # Errors
+    /// If no pictures are asked for, or more than 10,000.
+    pub fn recorded(
+        self,
+        building: Option<u64>,
+        changed: bool,
+        frames: Option<usize>,
+    ) -> Result<Dataset, OfficeError> {
+        let which = match (building, changed) {
+            (None, false) => Which::Training,
+            (Some(seed), false) => Which::Elsewhere(seed),
+            (seed, true) => Which::Changed(seed.unwrap_or(1)),
+        };
+        self.set(which, frames)
+    }
+
+    fn set(self, which: Which, frames: Option<usize>) -> Result<Dataset, OfficeError> {
+        let drive = |kind: Kind| {
+            let frames = frames.unwrap_or(kind.frames());
+            let own = match kind {
+                Kind::Nsh => NSH_DRIVE,
+                Kind::Fmrb => FMRB_DRIVE,
+            };
+            let (plan, setup, seed) = match which {
+                Which::Training => (kind.plan(), Setup::default(), own),
+                Which::Elsewhere(seed) => (Plan::generate(kind, seed, false), Setup::default(), seed),
+                Which::Changed(seed) => {
+                    (Plan::generate(kind, seed, true), Setup::default().varied(seed), seed)
+                }
+            };
+            let building = if matches!(which, Which::Training) { 0 } else { seed };
+            record(&Office::build(&plan, &setup, building)?, kind.name(), frames, seed)
+        };
+        match self {
+            World::Nsh => drive(Kind::Nsh),
+            World::Fmrb => drive(Kind::Fmrb),
+            World::Combined => Ok(every_other(&drive(Kind::Nsh)?, &drive(Kind::Fmrb)?)),
+        }
+    }
+}
+
+/// Every other picture of two sets, those of the first before those of the second.
+fn every_other(first: &Dataset, second: &Dataset) -> Dataset {
+    let (mut images, mut cases) = (Vec::new(), Vec::new());
+    // 35 of 69 and 35 of 71: the odd ones of the second, the even ones of the first
+    for (set, from) in [(first, 0), (second, 1)] {
+        for (i, image) in set.images().iter().enumerate().skip(from).step_by(2) {
+            let of_image = set.cases().iter().filter(|case| case.image == i);
+            cases.extend(of_image.map(|case| Case { image: images.len(), ..*case }));
+            images.push(image.clone());
+        }
+    }
+    Dataset::new("combined", images, cases).expect("two sound sets of one size are one")
+}

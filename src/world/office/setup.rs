@@ -1,0 +1,126 @@
+//! The camera and the frame grabber, as settings.
+
+use super::OfficeError;
+use crate::camera::Camera;
+use crate::world::camera::Lens;
+use crate::world::noise::Stream;
+
+/// Settings of the camera and of the frame grabber behind it. The default is that of the original robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setup {
+    /// Width of the pictures in pixels, at least 16.
+    pub width: u32,
+    /// Height of the pictures in pixels, at least 16.
+    pub height: u32,
+    /// Labelled columns in each recorded picture, spread evenly: column i is at `(2 i + 1) width / (2 columns)`,
+    /// rounded (halves down, so that all are different).
+    pub columns: u32,
+    /// Height, pitch, field of view and distortion of the camera.
+    pub camera: Camera,
+    /// Factor from light to the square of the relative gray value, before the automatic exposure.
+    pub exposure: f64,
+    /// Mean gray value that the automatic exposure strives for.
+    pub target: f64,
+    /// How much the automatic exposure can change the exposure at most, up or down: 1 for not at all.
+    pub range: f64,
+    /// Seconds in which it covers 63 % of the way to its aim.
+    pub delay: f64,
+    /// Share of a pixel's light that the lens gives to its neighbours, 0 to 1.
+    pub softness: f64,
+    /// Standard deviation of the sensor's noise, in gray values.
+    pub noise: f64,
+    /// Strength of interlace lines and moire, in gray values.
+    pub interlace: f64,
+    /// Whether the digitizer turns every gray value below 32 into 16.
+    pub digitizer: bool,
+}
+
+/// 320 x 240 pixels, six columns; 0.8 m high, pitched 51 degrees down, 90 degrees of view.
+impl Default for Setup {
+    fn default() -> Setup {
+        Setup {
+            width: 320,
+            height: 240,
+            columns: 6,
+            camera: Camera { height: 0.8, pitch: 51.0, field_of_view: 90.0, distortion: -0.04 },
+            exposure: 1.95,
+            target: 134.0,
+            range: 1.5,
+            delay: 0.8,
+            softness: 0.6,
+            noise: 2.2,
+            interlace: 1.2,
+            digitizer: true,
+        }
+    }
+}
+
+impl Setup {
+    /// Another set-up of the same robot, by seed: pitch by up to 4 degrees, exposure by up to 30 % and height by
+    /// up to 4 cm off, for held-out tests.
+    #[must_use]
+    pub fn varied(&self, seed: u64) -> Setup {
+        let stream = &mut Stream::new(seed, 31);
+        // half of the range at least, so that it is another set-up indeed
+        let mut off = |most: f64| {
+            let by = stream.range(0.5 * most, most);
+            if stream.chance(0.5) { by } else { -by }
+        };
+        let camera = Camera {
+            pitch: self.camera.pitch + off(4.0),
+            height: self.camera.height + off(0.04),
+            ..self.camera
+        };
+        let light = 1.0 + off(0.3);
+        // gray values go with the root of the light
+        Setup { camera, exposure: self.exposure * light, target: self.target * light.sqrt(), ..self.clone() }
+    }
+
+    /// The same grabber behind another camera.
+    #[must_use]
+    pub fn seen_by(self, camera: &Camera) -> Setup {
+        Setup { camera: *camera, ..self }
+    }
+
+    /// The labelled columns.
+    pub fn labelled(&self) -> impl Iterator<Item = u32> + use<> {
+        let (width, columns) = (u64::from(self.width), u64::from(self.columns));
+        (0..columns).map(move |i| ((2 * (2 * i + 1) * width + 2 * columns - 1) / (4 * columns)) as u32)
+    }
+
+    pub(super) fn lens(&self) -> Lens {
+        self.camera.lens(self.width, self.height)
+    }
+
+    /// Whether every setting is in its range.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check(&self) -> Result<(), OfficeError> {
+        let (width, height, columns) = (self.width, self.height, self.columns);
+        if !(16..=2048).contains(&width) || !(16..=2048).contains(&height) {
+            return Err(OfficeError::Size { width, height });
+        }
+        if !(1..=width).contains(&columns) {
+            return Err(OfficeError::Columns { columns, width });
+        }
+        let most = Camera::distortion_limit(width, height);
+        let settings = [
+            ("camera.distortion", self.camera.distortion, -most, most),
+            ("camera.field_of_view", self.camera.field_of_view, 6.0, 170.0),
+            ("camera.pitch", self.camera.pitch, 0.0, 85.0),
+            ("camera.height", self.camera.height, 0.05, 1.8),
+            ("exposure", self.exposure, 0.0, 1000.0),
+            ("target", self.target, 1.0, 255.0),
+            ("range", self.range, 1.0, 1000.0),
+            ("delay", self.delay, 0.0, 1000.0),
+            ("softness", self.softness, 0.0, 1.0),
+            ("noise", self.noise, 0.0, 255.0),
+            ("interlace", self.interlace, 0.0, 255.0),
+        ];
+        match settings.into_iter().find(|(_, value, low, high)| !(*low..=*high).contains(value)) {
+            Some((name, value, low, high)) => Err(OfficeError::Setting { name, value, low, high }),
+            None => Ok(()),
+        }
+    }
+}

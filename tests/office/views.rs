@@ -1,0 +1,204 @@
+//! What is seen from a place: labels, distances, exposure.
+
+use vsonar::camera::Camera;
+use vsonar::world::geometry::Outline;
+use vsonar::world::office::{Kind, Moment, Office, OfficeError, Part, Place, Plan, Setup, Thing, drive};
+
+fn straight() -> Setup {
+    let setup = Setup::default();
+    Setup { width: 160, height: 120, camera: Camera { distortion: 0.0, ..setup.camera }, ..setup }
+}
+
+/// The direction of a pixel's ray by a camera of its own: turned by pitch, then by heading.
+fn direction(setup: &Setup, place: &Place, column: u32, row: u32) -> [f64; 3] {
+    let scale = (setup.camera.field_of_view.to_radians() / 2.0).tan() * 2.0 / f64::from(setup.width);
+    let left = -(f64::from(column) + 0.5 - f64::from(setup.width) / 2.0) * scale;
+    let up = -(f64::from(row) + 0.5 - f64::from(setup.height) / 2.0) * scale;
+    let (sin, cos) = setup.camera.pitch.to_radians().sin_cos();
+    let (ahead, z) = (cos + up * sin, up * cos - sin);
+    let (sin, cos) = place.heading.sin_cos();
+    [ahead * cos - left * sin, ahead * sin + left * cos, z]
+}
+
+/// Whether a ray reaches the floor, by walking along it in small steps: no plane, no root, no normal is used.
+fn walks_to_floor(office: &Office, parts: &[&Part], from: (f64, f64), d: [f64; 3]) -> bool {
+    let height = office.camera().height;
+    let (end, steps) = (-height / d[2], 1200);
+    (0..=steps).all(|i| {
+        let t = end * f64::from(i) / f64::from(steps);
+        let (x, y, z) = (from.0 + d[0] * t, from.1 + d[1] * t, height + d[2] * t);
+        let solid = parts.iter().any(|part| {
+            let within = match part.outline {
+                Outline::Box(room) => room.contains(x, y),
+                Outline::Round { x: cx, y: cy, radius } => (x - cx).hypot(y - cy) <= radius,
+            };
+            within && part.low <= z && z <= part.high
+        });
+        !solid && office.rooms().iter().any(|room| room.contains(x, y))
+    })
+}
+
+#[test]
+fn labels_agree_with_a_walk_through_the_plan() {
+    let setup = straight();
+    let (mut close, mut all) = (0, 0);
+    for (kind, unseen) in [(Kind::Nsh, false), (Kind::Fmrb, false), (Kind::Nsh, true)] {
+        let plan = if unseen { Plan::generate(kind, 5, true) } else { kind.plan() };
+        // they walk: the plan does not tell where they are
+        let plan = Plan { people: Vec::new(), ..plan };
+        let office = Office::build(&plan, &setup, 1).unwrap();
+        let moment = office.at(0.0);
+        for shot in drive(&office, 36, 3).iter().step_by(3) {
+            let place = shot.place;
+            let from = moment.camera(&place);
+            let near = |part: &&Part| part.outline.distance(from.0, from.1) < 6.0;
+            let parts: Vec<&Part> = office.parts().iter().filter(near).collect();
+            for column in setup.labelled() {
+                let ray = |row: u32| direction(&setup, &place, column, row);
+                let blocked = |row: &u32| !walks_to_floor(&office, &parts, from, ray(*row));
+                let walked = (0..setup.height).rev().find(blocked).unwrap_or(0);
+                all += 1;
+                // a step may jump over the very edge of a solid
+                close += u32::from(walked.abs_diff(moment.label(&place, column)) <= 1);
+            }
+        }
+    }
+    assert!(close * 1000 >= all * 995, "{close} of {all}");
+}
+
+#[test]
+fn the_lens_bends_labels_as_the_camera_says() {
+    let setup = Setup { width: 160, height: 120, ..Setup::default() };
+    assert!(setup.camera.distortion != 0.0);
+    let office = Office::build(&Kind::Fmrb.plan(), &setup, 0).unwrap();
+    let moment = office.at(0.0);
+    let mut tried = 0;
+    for shot in drive(&office, 30, 2) {
+        let (x, y) = moment.camera(&shot.place);
+        for column in setup.labelled() {
+            let label = moment.label(&shot.place, column);
+            if label == 0 || label + 1 == setup.height {
+                continue;
+            }
+            // the lowest point of floor above which something stands is before it: the pixel below shows free floor
+            let (ahead, left) =
+                office.camera().floor((160, 120), f64::from(column), f64::from(label + 1)).unwrap();
+            let (sin, cos) = shot.place.heading.sin_cos();
+            let (px, py) = (x + ahead * cos - left * sin, y + ahead * sin + left * cos);
+            assert!(office.rooms().iter().any(|room| room.contains(px, py)));
+            tried += 1;
+        }
+    }
+    assert!(tried > 50);
+}
+
+#[test]
+fn masks_and_labels_say_the_same() {
+    let office = Office::preset(Kind::Nsh);
+    for shot in drive(&office, 12, 4) {
+        let moment = office.at(shot.seconds);
+        let floor = moment.floor(&shot.place);
+        for column in (0..320).step_by(29) {
+            let blocked = |row: &u32| !floor[(row * 320 + column) as usize];
+            assert_eq!((0..240).rev().find(blocked).unwrap_or(0), moment.label(&shot.place, column));
+        }
+    }
+}
+
+const HALL: &str = "plan 1\nroom 0 40 -1 1\nlight 2 0 1.2 0.3 1\nlight 5 0 1.2 0.3 1\n";
+
+fn hall(more: &str) -> Office {
+    let plan: Plan = format!("{HALL}{more}").parse().unwrap();
+    Office::build(&plan, &Setup::default(), 1).unwrap()
+}
+
+fn seen(moment: &Moment<'_>, x: f64) -> u32 {
+    moment.label(&Place { x, y: 0.0, heading: 0.0 }, 160)
+}
+
+#[test]
+fn what_hovers_is_in_the_way() {
+    let office = hall("table 5 0 1 1 0.72 0.4\nperson 1 0.1 20 0 30 0\n");
+    let moment = office.at(0.0);
+    let nearest = moment.nearest(4.2, 0.0, 1.0);
+    assert_eq!(nearest.thing, Some(Thing::Table));
+    assert!((nearest.distance - 0.3).abs() < 1e-9 && (nearest.point.0 - 4.5).abs() < 1e-9);
+    assert!((moment.range(3.0, 0.0, 0.0, 4.0) - 1.5).abs() < 1e-9);
+    // from 1 m the camera sees floor between the legs as far as it sees; from 22 cm the edge of the top hides it
+    assert_eq!(seen(&moment, 3.2), 0);
+    let row = f64::from(seen(&moment, 4.0));
+    let (ahead, _) = office.camera().floor((320, 240), 160.0, row).unwrap();
+    assert!((1.58..1.75).contains(&ahead), "0.22 m * 0.8 / (0.8 - 0.69), and {ahead}");
+    let person = moment.nearest(20.6, 0.0, 2.0);
+    assert_eq!(person.thing, Some(Thing::Person));
+    assert!((person.distance - 0.38).abs() < 1e-9 && moment.people() == [(20.0, 0.0, 0.22)]);
+    assert!((moment.range(18.0, 0.0, 0.0, 4.0) - 1.78).abs() < 1e-9);
+    assert!((office.at(3.0).people()[0].0 - 23.0).abs() < 1e-9, "he walks");
+    // his legs, not what is between them
+    let legs = moment.labels(&Place { x: 19.0, y: 0.0, heading: 0.0 }, [140, 160, 180]);
+    assert!(legs[0] > 50 && legs[1] == 0 && legs[2] > 50, "{legs:?}");
+}
+
+#[test]
+fn the_camera_does_not_pass_through_walls() {
+    let office = hall("");
+    let moment = office.at(0.0);
+    let (x, _) = moment.camera(&Place { x: 39.8, y: 0.0, heading: 0.0 });
+    assert!((x - 39.99).abs() < 1e-9);
+    assert!(seen(&moment, 39.8) > 230, "the wall fills the picture");
+    assert_eq!(seen(&moment, 20.0), 0, "nothing but floor");
+}
+
+#[test]
+fn exposure_follows_slowly() {
+    let office = hall("light 2 0.5 1.2 0.3 3\nlight 5 0.5 1.2 0.3 3\n");
+    let mean = |picture: image::GrayImage| {
+        picture.as_raw().iter().map(|&v| f64::from(v)).sum::<f64>() / f64::from(320 * 240)
+    };
+    let (bright, dim) = (Place { x: 3.5, y: 0.0, heading: 0.0 }, Place { x: 7.5, y: 0.0, heading: 0.0 });
+    let mut grabber = office.grabber(1);
+    grabber.take(&office.at(0.0), &bright);
+    let mut sudden = grabber.clone();
+    let sudden = mean(sudden.take(&office.at(0.6), &dim));
+    grabber.look(&office.at(0.6), &dim);
+    grabber.look(&office.at(3.0), &dim);
+    let later = mean(grabber.take(&office.at(3.6), &dim));
+    assert!(later > sudden + 5.0, "{sudden} {later}");
+    // noise differs from frame to frame and from seed to seed, and nothing else is random
+    let take = |seed| office.grabber(seed).take(&office.at(0.0), &bright);
+    assert_eq!(take(1), take(1));
+    assert_ne!(take(1), take(2));
+}
+
+#[test]
+fn the_robot_casts_a_shadow() {
+    // one light behind the robot: the floor before it is darker than beside its shadow
+    let plan: Plan = "plan 1\nroom 0 9 -3 3\nlight 2 0 0.3 0.3 1\n".parse().unwrap();
+    let quiet = Setup { noise: 0.0, interlace: 0.0, ..Setup::default() };
+    let office = Office::build(&plan, &quiet, 1).unwrap();
+    let picture = office.grabber(1).take(&office.at(0.0), &Place { x: 3.2, y: 0.0, heading: 0.0 });
+    let mean = |from: u32| {
+        let area = (from..from + 20).flat_map(|x| (190..220).map(move |y| (x, y)));
+        area.map(|(x, y)| f64::from(picture.get_pixel(x, y).0[0])).sum::<f64>() / 600.0
+    };
+    assert!(mean(150) + 20.0 < mean(20), "{} {}", mean(150), mean(20));
+}
+
+#[test]
+fn bad_settings_are_errors() {
+    let fails = |setup: Setup| Office::build(&Kind::Nsh.plan(), &setup, 1).unwrap_err();
+    assert!(matches!(fails(Setup { width: 15, ..Setup::default() }), OfficeError::Size { .. }));
+    assert!(matches!(fails(Setup { height: 5000, ..Setup::default() }), OfficeError::Size { .. }));
+    assert!(matches!(fails(Setup { columns: 0, ..Setup::default() }), OfficeError::Columns { .. }));
+    let error = fails(Setup { noise: f64::NAN, ..Setup::default() });
+    assert!(error.to_string().contains("noise"), "{error}");
+    let bad = Plan { wall: 7.0, ..Kind::Nsh.plan() };
+    assert!(matches!(Office::build(&bad, &Setup::default(), 1), Err(OfficeError::Plan(_))));
+    for seed in 0..20 {
+        let varied = Setup::default().varied(seed);
+        varied.check().unwrap();
+        let off = varied.camera.pitch - 51.0;
+        assert!((2.0..=4.0).contains(&off.abs()) && (varied.camera.height - 0.8).abs() <= 0.04);
+        assert!((0.7..=1.3).contains(&(varied.exposure / Setup::default().exposure)));
+    }
+}
