@@ -25,7 +25,9 @@ pub fn svg(office: &Office, run: &Run, body_radius: f64, caption: &str) -> Strin
     let at = |x: f64, y: f64| ((x - left) * SCALE, (top - y) * SCALE);
     let mut out = String::new();
     // Writing to a string cannot fail.
-    let mut put = |line: std::fmt::Arguments<'_>| drop(out.write_fmt(line).and_then(|()| out.write_char('\n')));
+    let mut put = |line: std::fmt::Arguments<'_>| {
+        let _ = out.write_fmt(line).and_then(|()| out.write_char('\n'));
+    };
     put(format_args!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.1} {height:.1}\" width=\"{width:.0}\" \
          height=\"{height:.0}\" font-family=\"sans-serif\" font-size=\"14\">"

@@ -85,7 +85,7 @@ pub fn name(thing: Thing) -> &'static str {
 /// A run that has ended.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Run {
-    /// Its number, from 0.
+    /// Its number.
     pub number: u64,
     /// How it ended.
     pub end: End,
@@ -100,6 +100,7 @@ pub struct Run {
     /// The detector's answers on the way, if it is one.
     pub accuracy: Option<Accuracy>,
     /// Where it was, twice a second and at the end: x and y in metres.
+    #[serde(skip)]
     pub path: Vec<(f64, f64)>,
 }
 
