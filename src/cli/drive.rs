@@ -111,7 +111,8 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         .collect();
     let most = (settings.seconds * FRAME_RATE).round() as u64;
     let meter = Meter::start(Style::of(args.quiet, args.json), items.len() as u64, most);
-    let drives = Drives { args: &args, office: &office, columns: &columns, settings, sensors: &sensors, stop: &stop };
+    let drives =
+        Drives { args: &args, office: &office, columns: &columns, settings, sensors: &sensors, stop: &stop };
     let runs = drives.all(&items, folder.as_ref(), &meter)?;
     let (real_seconds, simulated_seconds) = meter.times();
     drop(meter);
@@ -259,5 +260,9 @@ fn write(folder: &NewFolder, office: &Office, report: &Report) -> Result<(), Cli
 
 /// A field of CSV.
 fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_string() }
+    if text.contains([',', '"', '\n']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_string()
+    }
 }

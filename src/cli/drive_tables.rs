@@ -67,7 +67,20 @@ pub(crate) fn text(report: &Report) -> String {
     let mut runs = Table::new(1, &["", "run", "metres", "time", "m/s", "turning", "rows right", "end"]);
     let mut sums = Table::new(
         1,
-        &["", "runs", "metres", "±", "longest", "time", "longest", "m/s", "collisions", "in view", "stuck", "rows right"],
+        &[
+            "",
+            "runs",
+            "metres",
+            "±",
+            "longest",
+            "time",
+            "longest",
+            "m/s",
+            "collisions",
+            "in view",
+            "stuck",
+            "rows right",
+        ],
     );
     let mut any_unended = false;
     for SensorReport { sensor, summary, runs: each } in &report.sensors {
@@ -102,7 +115,9 @@ pub(crate) fn text(report: &Report) -> String {
             sum.accuracy.and_then(|a| a.share()).map_or(String::new(), percent),
         ]);
     }
-    for Published { trained_on, building, runs, metres, seconds, longest_metres, longest_seconds } in PUBLISHED {
+    for Published { trained_on, building, runs, metres, seconds, longest_metres, longest_seconds } in
+        PUBLISHED
+    {
         sums.row([
             format!("published: trained on {trained_on}, in {building}"),
             runs.map_or(String::new(), |n| n.to_string()),
@@ -117,7 +132,10 @@ pub(crate) fn text(report: &Report) -> String {
     let mut out = format!("{runs}\n{sums}\n");
     // Writing to a string cannot fail.
     if any_unended {
-        let _ = writeln!(out, "+ some runs reached the limit on time, and count with what they had driven by then.");
+        let _ = writeln!(
+            out,
+            "+ some runs reached the limit on time, and count with what they had driven by then."
+        );
     }
     for SensorReport { sensor, summary, .. } in &report.sensors {
         let Some(sum) = summary.and_then(|s| s.accuracy).filter(|sum| sum.errors > 0) else { continue };

@@ -78,7 +78,8 @@ impl Around {
             free = free.min(until(point, curvature, keep));
         }
         let beside = free.min(BESIDE);
-        let clear = self.points.iter().filter_map(|point| aside(point, curvature, beside)).fold(horizon, f64::min);
+        let clear =
+            self.points.iter().filter_map(|point| aside(point, curvature, beside)).fold(horizon, f64::min);
         Way { free, clear: (clear - radius).max(0.0) }
     }
 
@@ -160,7 +161,8 @@ mod tests {
 
     #[test]
     fn arcs_end_where_a_walk_along_them_does() {
-        for (x, y) in [(1.0, 0.1), (0.5, -0.4), (1.2, 0.9), (0.3, 0.35), (-0.5, 0.1), (0.1, -0.6), (0.0, 1.0)] {
+        for (x, y) in [(1.0, 0.1), (0.5, -0.4), (1.2, 0.9), (0.3, 0.35), (-0.5, 0.1), (0.1, -0.6), (0.0, 1.0)]
+        {
             for curvature in [0.0, 0.5, -0.5, 1.3, -2.0] {
                 let keep = 0.3;
                 let length = until(&at(x, y), curvature, keep);

@@ -18,7 +18,9 @@ const FOOT: f64 = 1.2;
 /// It has x to the right and y up. `caption` is any text.
 pub fn svg(office: &Office, run: &Run, body_radius: f64, caption: &str) -> String {
     let rooms = office.rooms();
-    let least = |value: fn(&crate::world::geometry::Room) -> f64| rooms.iter().map(value).fold(f64::INFINITY, f64::min);
+    let least = |value: fn(&crate::world::geometry::Room) -> f64| {
+        rooms.iter().map(value).fold(f64::INFINITY, f64::min)
+    };
     let (left, bottom) = (least(|room| room.x.0) - BORDER, least(|room| room.y.0) - BORDER);
     let (right, top) = (BORDER - least(|room| -room.x.1), BORDER - least(|room| -room.y.1));
     let (width, height) = ((right - left) * SCALE, (top - bottom + FOOT) * SCALE);
@@ -60,7 +62,8 @@ pub fn svg(office: &Office, run: &Run, body_radius: f64, caption: &str) -> Strin
             }
         }
     }
-    let points: Vec<String> = run.path.iter().map(|&(x, y)| at(x, y)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+    let points: Vec<String> =
+        run.path.iter().map(|&(x, y)| at(x, y)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
     put(format_args!("</g>\n<g fill=\"none\" stroke-width=\"2\">"));
     put(format_args!(
         "<polyline points=\"{}\" stroke=\"#1f5fbf\" stroke-opacity=\"0.7\" stroke-linejoin=\"round\"/>",

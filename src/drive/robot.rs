@@ -163,7 +163,8 @@ mod tests {
     fn wheels_keep_their_limits() {
         let body = Body::default();
         let mut robot = Robot::new(body, START);
-        let commands = [(0.3, 0.0), (0.3, 1.0), (-5.0, 9.0), (0.0, -2.0), (f64::NAN, 0.0), (9.0, 0.0), (0.1, 0.1)];
+        let commands =
+            [(0.3, 0.0), (0.3, 1.0), (-5.0, 9.0), (0.0, -2.0), (f64::NAN, 0.0), (9.0, 0.0), (0.1, 0.1)];
         for (forward, turn) in commands {
             for _ in 0..70 {
                 let before = robot.wheels;

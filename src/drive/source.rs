@@ -166,7 +166,9 @@ impl RangeSource for Camera {
         }
         readings.clear();
         let ground = &self.ground;
-        readings.extend(columns.iter().zip(&*believed).map(|(&column, &row)| Reading::from(ground.locate(column, row))));
+        readings.extend(
+            columns.iter().zip(&*believed).map(|(&column, &row)| Reading::from(ground.locate(column, row))),
+        );
         Ok(())
     }
 
