@@ -10,7 +10,6 @@ use vsonar::drive::sonar::Sonar;
 use vsonar::drive::source::{Camera, RangeSource, spread};
 use vsonar::drive::summary::Summary;
 use vsonar::drive::video::Video;
-use vsonar::frames::source::Source as _;
 use vsonar::frames::{Frame, FrameSource, y4m};
 use vsonar::world::office::{Kind, Office};
 

@@ -22,6 +22,8 @@ pub(super) struct Way {
     pub(super) free: f64,
     /// The least distance of the body's edge to a point beside the arc's first part, in metres.
     pub(super) clear: f64,
+    /// The same where that part ends: what the arc leads to, however narrow it is here.
+    pub(super) then: f64,
 }
 
 /// The points known, and the body among them.
@@ -80,7 +82,10 @@ impl Around {
         let beside = free.min(BESIDE);
         let clear =
             self.points.iter().filter_map(|point| aside(point, curvature, beside)).fold(horizon, f64::min);
-        Way { free, clear: (clear - radius).max(0.0) }
+        let (x, y) = chord(Motion { forward: beside, turn: beside * curvature });
+        let end =
+            self.points.iter().map(|point| libm::hypot(point.x - x, point.y - y)).fold(horizon, f64::min);
+        Way { free, clear: (clear - radius).max(0.0), then: (end - radius).max(0.0) }
     }
 
     /// How free it is to the right and to the left: the sum, over sectors of the half circle ahead and a little more, of

@@ -165,7 +165,7 @@ const ARCS: i32 = 10;
 /// An arc that is free for less than this, in metres, is blocked.
 const BLOCKED: f64 = 0.12;
 /// Room beside an arc beyond this, in metres, is enough.
-const ROOMY: f64 = 0.5;
+const ROOMY: f64 = 0.7;
 /// Blocked so many times within so many metres and seconds, it is in a dead end.
 const DEAD_END: (usize, f64, f64) = (3, 2.0, 40.0);
 /// How far it turns to leave a dead end, and how far it turns at least elsewhere, in radians.
@@ -265,7 +265,7 @@ impl Wander {
     /// The best of the arcs.
     fn best(&self) -> (f64, Way) {
         let Settings { max_curvature, horizon, .. } = self.settings;
-        let mut best = (f64::NEG_INFINITY, 0.0, Way { free: 0.0, clear: 0.0 });
+        let mut best = (f64::NEG_INFINITY, 0.0, Way { free: 0.0, clear: 0.0, then: 0.0 });
         for i in -ARCS..=ARCS {
             let share = f64::from(i) / f64::from(ARCS);
             // Closer together near straight ahead.
@@ -273,7 +273,8 @@ impl Wander {
             let way = self.way(curvature);
             let bent = (curvature - self.taste.0).abs() / max_curvature;
             let change = (curvature - self.last).abs() / max_curvature;
-            let score = way.free / horizon + 0.6 * way.clear.min(ROOMY) / ROOMY - 0.25 * bent - 0.1 * change;
+            let room = 0.4 * way.clear.min(ROOMY) + 0.6 * way.then.min(ROOMY);
+            let score = way.free / horizon + room / ROOMY - 0.2 * bent - 0.1 * change;
             if score > best.0 {
                 best = (score, curvature, way);
             }
@@ -380,15 +381,15 @@ mod tests {
     fn blocked_it_turns_to_the_freer_side_and_keeps_turning() {
         for side in [1.0, -1.0] {
             let mut wander = Wander::new(Settings::default());
-            // A wall that is close ahead, and on one side.
-            let wall = all(|b| Reach::Obstacle(if b * side > 0.5 { 0.7 } else { 0.04 / b.cos() }));
-            let first = wander.steer(&wall, Motion::default(), 0.1);
+            // Close to a wall that is open on one side.
+            let open = |b: f64| if b > 0.2 { Reach::Free(3.0) } else { Reach::Obstacle(0.1) };
+            let first = wander.steer(&all(|b| open(b * side)), Motion::default(), 0.1);
             assert_eq!(first, Command { forward: 0.0, turn: side * 0.9 });
             // The other side seems freer now and then: it does not dither.
             for i in 0..20 {
-                let other =
-                    all(|b| Reach::Obstacle(if (b * side > 0.5) == (i % 2 == 0) { 0.9 } else { 0.04 }));
-                let command = wander.steer(&other, Motion { forward: 0.0, turn: side * 0.05 }, 0.1);
+                let now = if i % 2 == 0 { -side } else { side };
+                let command =
+                    wander.steer(&all(|b| open(b * now)), Motion { forward: 0.0, turn: side * 0.05 }, 0.1);
                 assert_eq!(command, first, "{i}");
             }
             assert!(wander.is_turning());
@@ -457,7 +458,9 @@ mod tests {
     fn it_follows_from_readings_and_seed() {
         let walked = |seed| {
             let mut walk = Walk::new(&[room((0.0, 8.0), (-3.0, 3.0))], vec![], (2.0, 0.0, 0.3), seed);
-            (0..600).for_each(|_| drop(walk.step()));
+            for _ in 0..600 {
+                walk.step();
+            }
             walk.robot.place()
         };
         assert_eq!(walked(1), walked(1));
