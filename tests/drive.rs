@@ -51,6 +51,15 @@ fn an_ideal_sonar_wanders_for_hundreds_of_metres() {
 }
 
 #[test]
+fn the_building_is_seen_and_not_one_corner_of_it() {
+    for seed in 1..=4 {
+        let office = Office::new(Kind::Fmrb, seed);
+        let run = run(&office, &mut Sonar::new(1), 0, 20.0);
+        assert!(run.squares > 30 && run.metres > 200.0, "{seed}: {} {}", run.squares, run.metres);
+    }
+}
+
+#[test]
 fn true_rows_do_as_well_and_are_right() {
     let office = Office::new(Kind::Fmrb, 2);
     let runs: Vec<Run> = (0..3)

@@ -64,7 +64,8 @@ fn end(run: &Run) -> String {
 
 /// The tables.
 pub(crate) fn text(report: &Report) -> String {
-    let mut runs = Table::new(1, &["", "run", "metres", "time", "m/s", "turning", "rows right", "end"]);
+    let mut runs =
+        Table::new(1, &["", "run", "metres", "time", "m/s", "turning", "squares", "rows right", "end"]);
     let mut sums = Table::new(
         1,
         &[
@@ -93,6 +94,7 @@ pub(crate) fn text(report: &Report) -> String {
                 clock(run.seconds),
                 format!("{:.2}", run.metres / run.seconds.max(1e-9)),
                 percent(run.turning),
+                run.squares.to_string(),
                 right,
                 end(run),
             ]);

@@ -1,6 +1,6 @@
 //! One run: from its start until the robot hits something, gets stuck, or its time is over.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use image::GrayImage;
@@ -97,6 +97,9 @@ pub struct Run {
     pub seconds: f64,
     /// The share of time that it turned in place.
     pub turning: f64,
+    /// Squares of 1 m that its centre has been in, looked at twice a second: how much of the building it has seen. One who
+    /// goes round in circles drives far and gets nowhere.
+    pub squares: usize,
     /// The detector's answers on the way, if it is one.
     pub accuracy: Option<Accuracy>,
     /// Where it was, twice a second and at the end: x and y in metres.
@@ -183,6 +186,7 @@ pub fn drive(
             metres: odometer.metres,
             seconds: frames as f64 / FRAME_RATE,
             turning: turning as f64 / (frame + 1) as f64,
+            squares: squares(&odometer.path),
             accuracy: source.rows().map(|_| counter.clone().finish()),
             path: odometer.path,
         };
@@ -218,7 +222,13 @@ pub fn drive(
     let (metres, path) = (odometer.metres, odometer.path);
     let seconds = frames as f64 / FRAME_RATE;
     let turning = turning as f64 / frames.max(1) as f64;
-    Ok(Some(Run { number, end: End::Limit, hit: None, metres, seconds, turning, accuracy, path }))
+    let squares = squares(&path);
+    Ok(Some(Run { number, end: End::Limit, hit: None, metres, seconds, turning, squares, accuracy, path }))
+}
+
+fn squares(path: &[(f64, f64)]) -> usize {
+    let square = |&(x, y): &(f64, f64)| (x.floor() as i64, y.floor() as i64);
+    path.iter().map(square).collect::<BTreeSet<_>>().len()
 }
 
 /// Whether what was touched was in the picture taken at a time from a place. Somebody is looked for where he was then.

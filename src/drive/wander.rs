@@ -11,6 +11,7 @@
 //!   place is always safe.
 //! - Blocked again and again, it is in a dead end and turns about. Where nothing is free enough all round, it is
 //!   content with less and less.
+//! - Driving, it does not go round in circles: after most of one it prefers the other side for a while.
 //! - A slight preference for one side, which changes at random every now and then, makes it explore; all it does
 //!   follows from its readings and its seed.
 //!
@@ -118,7 +119,7 @@ impl Default for Settings {
         Settings {
             body_radius: 0.24,
             sensor_ahead: crate::world::office::CAMERA_AHEAD,
-            margin: 0.07,
+            margin: 0.1,
             max_speed: 0.3,
             max_turn: 0.9,
             braking: 0.3,
@@ -127,7 +128,7 @@ impl Default for Settings {
             horizon: 1.8,
             max_curvature: 2.0,
             memory: 4.0,
-            fresh: 0.35,
+            fresh: 0.5,
             seed: 0,
         }
     }
@@ -156,6 +157,9 @@ pub struct Wander {
     taste: (f64, f64),
     /// The curvature it took last.
     last: f64,
+    /// How far it has wound round while driving, in radians to the left, fading; and the side that it avoids for that (0
+    /// for none).
+    wound: (f64, f64),
     /// Metres and seconds since the last times that it was blocked.
     blocked: Vec<(f64, f64)>,
 }
@@ -168,6 +172,10 @@ const BLOCKED: f64 = 0.12;
 const ROOMY: f64 = 0.7;
 /// Blocked so many times within so many metres and seconds, it is in a dead end.
 const DEAD_END: (usize, f64, f64) = (3, 2.0, 40.0);
+/// Seconds in which winding fades to 1/e, the angle in radians from which on it is too much, and that at which it is
+/// forgotten; and what an arc to the avoided side loses.
+const WINDING: (f64, f64, f64) = (25.0, 4.5, 1.0);
+const AVOIDED: f64 = 1.0;
 /// How far it turns to leave a dead end, and how far it turns at least elsewhere, in radians.
 const ABOUT: f64 = 2.6;
 const LEAST: f64 = 0.35;
@@ -182,6 +190,7 @@ impl Wander {
             chance: Stream::new(settings.seed, 11),
             taste: (0.0, 0.0),
             last: 0.0,
+            wound: (0.0, 0.0),
             blocked: Vec::new(),
         }
     }
@@ -209,6 +218,7 @@ impl Wander {
             *ago += seconds;
         }
         self.blocked.retain(|&(metres, ago)| metres < DEAD_END.1 && ago < DEAD_END.2);
+        self.wind(motion, seconds);
         self.taste.1 -= seconds;
         if self.taste.1 <= 0.0 {
             self.taste = (self.chance.range(-0.5, 0.5), self.chance.range(4.0, 12.0));
@@ -245,6 +255,18 @@ impl Wander {
         self.around.way(curvature, body_radius, margin, horizon)
     }
 
+    /// Notices when it goes round in a circle.
+    fn wind(&mut self, motion: Motion, seconds: f64) {
+        let (wound, avoided) = &mut self.wound;
+        let driven = if self.doing == Doing::Driving { motion.turn } else { 0.0 };
+        *wound = *wound * (1.0 - seconds / WINDING.0).max(0.0) + driven;
+        if wound.abs() > WINDING.1 {
+            *avoided = wound.signum();
+        } else if wound.abs() < WINDING.2 {
+            *avoided = 0.0;
+        }
+    }
+
     /// What has to be free for a turn in place to end: less if it has gone all round in vain.
     fn release(&self, turned: f64) -> f64 {
         let rounds = (turned / (2.0 * std::f64::consts::PI)).floor();
@@ -274,7 +296,8 @@ impl Wander {
             let bent = (curvature - self.taste.0).abs() / max_curvature;
             let change = (curvature - self.last).abs() / max_curvature;
             let room = 0.4 * way.clear.min(ROOMY) + 0.6 * way.then.min(ROOMY);
-            let score = way.free / horizon + room / ROOMY - 0.2 * bent - 0.1 * change;
+            let circling = if share * self.wound.1 > 0.0 { AVOIDED * share.abs() } else { 0.0 };
+            let score = way.free / horizon + room / ROOMY - 0.2 * bent - 0.1 * change - circling;
             if score > best.0 {
                 best = (score, curvature, way);
             }
@@ -409,6 +432,23 @@ mod tests {
             }
             assert!(off < 0.45, "{off} from {y}");
             assert!(walk.robot.place().x > 30.0, "{:?}", walk.robot.place());
+        }
+    }
+
+    #[test]
+    fn it_does_not_go_round_in_circles() {
+        for side in [3.0, 4.5, 12.0] {
+            for seed in 0..4 {
+                let rooms = [room((0.0, side), (0.0, side)), room((side - 0.1, side + 20.0), (0.0, 2.0))];
+                let mut walk = Walk::new(&rooms, vec![], (side / 2.0, side / 2.0, 0.4), seed);
+                let mut squares = std::collections::BTreeSet::new();
+                for _ in 0..3000 {
+                    assert!(walk.step().1 > 0.24);
+                    let Place { x, y, .. } = walk.robot.place();
+                    squares.insert((x.floor() as i64, y.floor() as i64));
+                }
+                assert!(squares.len() > 15, "{side} {seed}: {squares:?}");
+            }
         }
     }
 
