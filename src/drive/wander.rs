@@ -32,9 +32,10 @@
 //! let open = bearings.map(|bearing| Reading { bearing, reach: Reach::Free(3.0) });
 //! let command = wander.steer(&open, Motion::default(), 0.1);
 //! assert_eq!(command.forward, wander.settings().max_speed);
-//! // A wall across the view, half a metre ahead of the sensor's rim: it slows down, or turns.
-//! let wall = bearings.map(|b: f64| Reading { bearing: b, reach: Reach::Obstacle(0.3 / b.cos()) });
-//! assert!(wander.steer(&wall, Motion::default(), 0.1).forward < 0.3);
+//! // A wall across the view, a hand's width before the lens: it turns in place.
+//! let wall = bearings.map(|b: f64| Reading { bearing: b, reach: Reach::Obstacle(0.1 / b.cos()) });
+//! let command = wander.steer(&wall, Motion::default(), 0.1);
+//! assert!(command.forward == 0.0 && command.turn != 0.0);
 //! ```
 
 use super::around::{Around, Way};
