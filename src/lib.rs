@@ -45,6 +45,7 @@ pub mod benchmark;
 pub mod camera;
 pub mod dataset;
 pub mod detector;
+pub mod drive;
 pub mod evolve;
 pub mod exec;
 pub mod export;

@@ -13,6 +13,10 @@ mod cases;
 mod completions;
 mod data;
 mod data_args;
+mod drive;
+mod drive_sensor;
+mod drive_tables;
+mod drive_view;
 mod error;
 mod eval;
 mod eval_cases;
@@ -25,6 +29,7 @@ mod ir;
 mod jobs;
 mod live;
 mod memory;
+mod new_folder;
 mod output;
 mod part;
 mod program;
@@ -59,6 +64,7 @@ Examples:
   vsonar eval runs/photos-seed-1/best.gp --data photos
   vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
   vsonar run runs/photos-seed-1/best.gp --input photos    its answers to a camera's frames
+  vsonar drive runs/photos-seed-1/best.gp       on a simulated robot, until it hits something
   vsonar evolve --help                          the flags of a command, with examples
 
 A data folder holds `labels.csv` (header `image,x,y`; y is the row, counted from the top, of the lowest pixel of
@@ -80,6 +86,7 @@ enum Command {
     Eval(Box<eval::Args>),
     Show(show::Args),
     Run(Box<run::Args>),
+    Drive(drive::Args),
     Ir(ir::Args),
     Export(Box<export::Args>),
     Bench(Box<bench::Args>),
@@ -105,6 +112,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Eval(args) => eval::run(*args),
         Command::Show(args) => show::run(args),
         Command::Run(args) => run::run(*args),
+        Command::Drive(args) => drive::run(args),
         Command::Ir(args) => ir::run(args),
         Command::Export(args) => export::run(*args),
         Command::Bench(args) => bench::run(*args),

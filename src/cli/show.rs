@@ -1,9 +1,8 @@
 //! `vsonar show`: pictures of a program's answers.
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::io::{self, Cursor};
-use std::path::{Path, PathBuf};
+use std::io::Cursor;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -16,6 +15,7 @@ use vsonar::world::{Corridor, FRAMES};
 
 use super::executor::{Choice, answers};
 use super::memory::MemoryArgs;
+use super::new_folder::NewFolder;
 use super::output::{self, count, percent};
 use super::{CliError, eval, interrupt, source};
 
@@ -121,13 +121,13 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
             go_on()?;
             let image = &set.images()[i];
             let picture = draw(&image.pixels, &columns[i], &style);
-            folder.write(&names[i], &picture)?;
+            folder.write(&names[i], &png(&picture)?)?;
             let correct = columns[i].iter().filter(|c| c.is_correct(style.tolerance)).count();
             Ok(Tile::new(&picture, &image.name, correct, columns[i].len()))
         };
         let tiles = part.par_iter().map(tile).collect::<Result<Vec<Tile>, CliError>>()?;
         go_on()?;
-        folder.write(sheet, &contact_sheet(&tiles, args.sheet_columns as usize, &heading))?;
+        folder.write(sheet, &png(&contact_sheet(&tiles, args.sheet_columns as usize, &heading))?)?;
     }
     go_on()?;
     folder.finish()?;
@@ -137,6 +137,12 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
         count(names.len() as u64, "picture"),
         sheets.join(", ")
     ))
+}
+
+fn png(picture: &RgbImage) -> Result<Vec<u8>, CliError> {
+    let mut png = Cursor::new(Vec::new());
+    picture.write_to(&mut png, ImageFormat::Png)?;
+    Ok(png.into_inner())
 }
 
 /// The cases and answers, image by image.
@@ -176,68 +182,11 @@ fn file_names<'a>(images: impl Iterator<Item = &'a str>, sheets: &[String]) -> V
         .collect()
 }
 
-/// A folder that appears complete or not at all: it is filled under another name beside its place.
-#[derive(Debug)]
-struct NewFolder {
-    path: PathBuf,
-    part: PathBuf,
-    made: bool,
-}
-
-impl NewFolder {
-    /// Plans a folder; nothing is written yet.
-    fn check(path: &Path) -> Result<NewFolder, CliError> {
-        let Some(leaf) = path.file_name() else {
-            return Err(CliError::Failed(format!("{}: does not name a new folder", path.display())));
-        };
-        if path.symlink_metadata().is_ok() {
-            let text =
-                format!("{}: exists already and is never overwritten; choose another name", path.display());
-            return Err(CliError::Failed(text));
-        }
-        let mut hidden = std::ffi::OsString::from(".");
-        hidden.push(leaf);
-        hidden.push(format!(".part-{}", std::process::id()));
-        Ok(NewFolder { path: path.into(), part: path.with_file_name(hidden), made: false })
-    }
-
-    fn make(&mut self) -> Result<(), CliError> {
-        fs::create_dir(&self.part).map_err(|e| CliError::file(&self.path, "make the folder", &e))?;
-        self.made = true;
-        Ok(())
-    }
-
-    fn write(&self, name: &str, picture: &RgbImage) -> Result<(), CliError> {
-        let mut png = Cursor::new(Vec::new());
-        picture.write_to(&mut png, ImageFormat::Png)?;
-        let path = self.part.join(name);
-        path.parent()
-            .map_or(Ok(()), fs::create_dir_all)
-            .and_then(|()| fs::write(&path, png.get_ref()))
-            .map_err(|e| CliError::file(&self.path.join(name), "write the picture", &e))
-    }
-
-    fn finish(mut self) -> Result<(), CliError> {
-        let moved = match self.path.symlink_metadata() {
-            Ok(_) => Err(io::Error::new(io::ErrorKind::AlreadyExists, "something of this name has appeared")),
-            Err(_) => fs::rename(&self.part, &self.path),
-        };
-        self.made = moved.is_err();
-        moved.map_err(|e| CliError::file(&self.path, "put the folder in its place", &e))
-    }
-}
-
-impl Drop for NewFolder {
-    fn drop(&mut self) {
-        if self.made {
-            // The error that brought us here is the one to report.
-            let _ = fs::remove_dir_all(&self.part);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::path::Path;
+
     use super::*;
     use image::{GrayImage, Luma};
     use vsonar::dataset::{Case, NamedImage};
@@ -322,9 +271,9 @@ mod tests {
 
         let mut folder = NewFolder::check(&dir.path().join("out")).expect("free");
         folder.make().expect("writable");
-        folder.write("x.png", &RgbImage::new(1, 1)).expect("writable");
+        folder.write("x.png", b"x").expect("writable");
         // the name of a folder that would have to be inside a file
-        folder.write("x.png/y.png", &RgbImage::new(1, 1)).expect_err("in the way");
+        folder.write("x.png/y.png", b"y").expect_err("in the way");
         drop(folder);
         assert_eq!(entries(dir.path()), before);
         // somebody else takes the name in the meantime

@@ -13,6 +13,7 @@ const COMMANDS: &[&[&str]] = &[
     &["eval"],
     &["show"],
     &["run"],
+    &["drive"],
     &["ir"],
     &["export"],
     &["bench"],
@@ -55,6 +56,7 @@ fn every_command_has_help_with_examples() {
         "eval",
         "show",
         "run",
+        "drive",
         "ir",
         "export",
         "bench",
@@ -184,6 +186,12 @@ fn other_stated_defaults_are_the_real_ones() {
         ("--every", "1s"),
     ] {
         assert!(of_flag(&run, flag).contains(&format!("[default: {value}]")), "{flag}: {run}");
+    }
+    let drive = help(&["drive"]);
+    for (flag, value) in
+        [("--world", "fmrb"), ("--seed", "1"), ("--runs", "5"), ("--columns", "12"), ("--minutes", "45")]
+    {
+        assert!(of_flag(&drive, flag).contains(&format!("[default: {value}]")), "{flag}: {drive}");
     }
     let ir = help(&["ir"]);
     assert!(of_flag(&ir, "--stage").contains("[default: optimised]"));

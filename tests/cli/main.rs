@@ -6,6 +6,7 @@ mod bad_programs;
 mod bench;
 mod calibrate;
 mod common;
+mod drive;
 mod eval;
 mod evolve;
 mod export;

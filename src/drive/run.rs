@@ -1,0 +1,403 @@
+//! One run: from its start until the robot hits something, gets stuck, or its time is over.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use image::GrayImage;
+
+use super::accuracy::{Accuracy, Counter};
+use super::robot::{Body, Robot, add};
+use super::source::{RangeSource, Rows, Sight};
+use super::wander::{self, Wander};
+use crate::detector::{DetectError, Motion};
+use crate::world::office::{CAMERA_AHEAD, FRAME_RATE, Nearest, Office, Place, Thing};
+
+/// Steps of the wheels between two frames: 50 a second.
+const STEPS: u32 = 5;
+/// It is stuck if in so many seconds it has not left a circle of this radius in metres.
+const STUCK: (f64, f64) = (60.0, 0.5);
+/// Slower than this, in m/s, it stands still, and what hits it has walked into it.
+const STANDING: f64 = 0.03;
+/// Frames before a collision in which what is hit may have been in view: a second.
+const LOOK_BACK: usize = FRAME_RATE as usize;
+
+/// What all runs have in common.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Settings {
+    /// The limit on time, in seconds.
+    pub seconds: f64,
+    /// The body.
+    pub body: Body,
+    /// The controller; its sensor's place and its seed are set for each run.
+    pub wander: wander::Settings,
+    /// Whether pictures are made even for sensors that need none, for a video.
+    pub pictures: bool,
+}
+
+/// 45 minutes: beyond the longest run that is published.
+impl Default for Settings {
+    fn default() -> Settings {
+        let (body, wander) = (Body::default(), wander::Settings::default());
+        Settings { seconds: 2700.0, body, wander, pictures: false }
+    }
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum End {
+    /// The body touched something.
+    Collision,
+    /// Its time was over.
+    Limit,
+    /// It did not get away from where it was for a minute.
+    Stuck,
+}
+
+/// What a run ended at.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Hit {
+    /// What it is.
+    #[serde(serialize_with = "word")]
+    pub thing: Thing,
+    /// Where it was touched.
+    pub point: (f64, f64),
+    /// Whether this was in the picture and not hidden within the last second.
+    pub in_view: bool,
+    /// Whether it was somebody who walked into a robot that stood still or turned in place. It is a collision all the
+    /// same.
+    pub walked_into: bool,
+}
+
+fn word<S: serde::Serializer>(thing: &Thing, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(name(*thing))
+}
+
+/// What a thing is called.
+pub fn name(thing: Thing) -> &'static str {
+    match thing {
+        Thing::Wall => "wall",
+        Thing::Box => "box",
+        Thing::Person => "person",
+    }
+}
+
+/// A run that has ended.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Run {
+    /// Its number.
+    pub number: u64,
+    /// How it ended.
+    pub end: End,
+    /// What was hit.
+    pub hit: Option<Hit>,
+    /// The way it went, in metres.
+    pub metres: f64,
+    /// The time it took, in seconds.
+    pub seconds: f64,
+    /// The share of time that it turned in place.
+    pub turning: f64,
+    /// Squares of 1 m that its centre has been in, looked at twice a second: how much of the building it has seen. One who
+    /// goes round in circles drives far and gets nowhere.
+    pub squares: usize,
+    /// The detector's answers on the way, if it is one.
+    pub accuracy: Option<Accuracy>,
+    /// Where it was, twice a second and at the end: x and y in metres.
+    #[serde(skip)]
+    pub path: Vec<(f64, f64)>,
+}
+
+/// A frame of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct Frame<'a> {
+    /// Its number.
+    pub number: u64,
+    /// Where the robot is.
+    pub place: Place,
+    /// What its camera sees, if pictures are made.
+    pub picture: Option<&'a GrayImage>,
+    /// The rows found in it.
+    pub rows: Option<&'a Rows>,
+    /// Metres so far.
+    pub metres: f64,
+}
+
+/// Why there is no run.
+#[derive(Debug, thiserror::Error)]
+pub enum DriveError {
+    /// The detector is for other pictures.
+    #[error(transparent)]
+    Detect(#[from] DetectError),
+    /// Whoever watches could not write.
+    #[error(transparent)]
+    Watch(#[from] std::io::Error),
+}
+
+/// Drives run `number` in an office. `watch` is told of every frame. None if `stop` was set before the end.
+///
+/// The run is a function of office, sensor, settings and number.
+///
+/// # Errors
+/// If the detector does not take the office's pictures, or `watch` fails.
+pub fn drive(
+    office: &Office,
+    source: &mut dyn RangeSource,
+    settings: &Settings,
+    number: u64,
+    stop: &AtomicBool,
+    mut watch: impl FnMut(&Frame<'_>) -> std::io::Result<()>,
+) -> Result<Option<Run>, DriveError> {
+    let mut robot = Robot::new(settings.body, office.start(number));
+    let seed = settings.wander.seed.wrapping_add(number);
+    let sensor_ahead = source.ahead();
+    let mut wander = Wander::new(wander::Settings {
+        body_radius: settings.body.radius,
+        sensor_ahead,
+        seed,
+        ..settings.wander
+    });
+    let mut grabber = office.grabber(number);
+    let mut odometer = Odometer::new(robot.place());
+    let mut counter = Counter::default();
+    let mut motion: Option<Motion> = None;
+    let (mut readings, mut turning) = (Vec::new(), 0u64);
+    source.restart(number);
+    let frames = (settings.seconds * FRAME_RATE).round() as u64;
+    for frame in 0..frames {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let time = frame as f64 / FRAME_RATE;
+        let (moment, place) = (office.at(time), robot.place());
+        let picture = (source.sees() || settings.pictures).then(|| grabber.take(&moment, &place));
+        let picture = picture.as_ref();
+        source.readings(&Sight { moment: &moment, place: &place, picture, motion }, &mut readings)?;
+        if let Some(rows) = source.rows() {
+            counter.frame(rows, |column| moment.label(&place, column));
+        }
+        watch(&Frame { number: frame, place, picture, rows: source.rows(), metres: odometer.metres })?;
+        let command = wander.steer(&readings, motion.unwrap_or_default(), 1.0 / FRAME_RATE);
+        turning += u64::from(wander.is_turning());
+        odometer.frame(time, place);
+        let ended = |odometer: Odometer, end, hit, frames: u64| Run {
+            number,
+            end,
+            hit,
+            metres: odometer.metres,
+            seconds: frames as f64 / FRAME_RATE,
+            turning: turning as f64 / (frame + 1) as f64,
+            squares: squares(&odometer.path),
+            accuracy: source.rows().map(|_| counter.clone().finish()),
+            path: odometer.path,
+        };
+        if odometer.is_stuck() {
+            return Ok(Some(ended(odometer, End::Stuck, None, frame)));
+        }
+        let mut moved = Motion::default();
+        for step in 1..=STEPS {
+            let part = 1.0 / (FRAME_RATE * f64::from(STEPS));
+            let speed = robot.speed();
+            let motion = robot.step(command, part);
+            moved = add(moved, motion);
+            odometer.metres += motion.forward.abs();
+            let (now, place) = (office.at(time + f64::from(step) * part), robot.place());
+            let radius = settings.body.radius;
+            let nearest = now.nearest(place.x, place.y, radius);
+            if let Some(thing) = nearest.thing.filter(|_| nearest.distance < radius) {
+                let hit = Hit {
+                    thing,
+                    point: nearest.point,
+                    in_view: odometer.recent.iter().any(|seen| in_view(office, seen, thing, &nearest)),
+                    walked_into: thing == Thing::Person && speed.forward.abs() < STANDING,
+                };
+                odometer.path.push((place.x, place.y));
+                let mut run = ended(odometer, End::Collision, Some(hit), frame + 1);
+                run.seconds = time + f64::from(step) * part;
+                return Ok(Some(run));
+            }
+        }
+        motion = Some(moved);
+    }
+    let accuracy = source.rows().map(|_| counter.finish());
+    let (metres, path) = (odometer.metres, odometer.path);
+    let seconds = frames as f64 / FRAME_RATE;
+    let turning = turning as f64 / frames.max(1) as f64;
+    let squares = squares(&path);
+    Ok(Some(Run { number, end: End::Limit, hit: None, metres, seconds, turning, squares, accuracy, path }))
+}
+
+fn squares(path: &[(f64, f64)]) -> usize {
+    let square = |&(x, y): &(f64, f64)| (x.floor() as i64, y.floor() as i64);
+    path.iter().map(square).collect::<BTreeSet<_>>().len()
+}
+
+/// Whether what was touched was in the picture taken at a time from a place. Somebody is looked for where he was then.
+fn in_view(office: &Office, &(time, place): &(f64, Place), thing: Thing, touched: &Nearest) -> bool {
+    let moment = office.at(time);
+    let (sin, cos) = libm::sincos(place.heading);
+    let (x, y) = (place.x + cos * CAMERA_AHEAD, place.y + sin * CAMERA_AHEAD);
+    let mut point = touched.point;
+    if thing == Thing::Person {
+        let away = |&(px, py, radius): &(f64, f64, f64)| libm::hypot(px - point.0, py - point.1) - radius;
+        let people = moment.people();
+        if let Some(&(px, py, radius)) = people.iter().min_by(|a, b| away(a).total_cmp(&away(b))) {
+            // The point of him that is nearest to the camera.
+            let distance = libm::hypot(px - x, py - y).max(1e-9);
+            point = (px + (x - px) * radius / distance, py + (y - py) * radius / distance);
+        }
+    }
+    let (dx, dy) = (point.0 - x, point.1 - y);
+    let (ahead, left) = (cos * dx + sin * dy, cos * dy - sin * dx);
+    let (width, height) = office.size();
+    let Some((column, row)) = office.camera().project((width, height), ahead, left) else { return false };
+    let inside = |at: f64, size: u32| (-0.5..f64::from(size) - 0.5).contains(&at);
+    let distance = libm::hypot(dx, dy);
+    let free = moment.range(x, y, libm::atan2(dy, dx), distance);
+    inside(column, width) && inside(row, height) && free > distance - 0.03
+}
+
+/// The way so far.
+struct Odometer {
+    metres: f64,
+    path: Vec<(f64, f64)>,
+    /// Frames of the last second: time and place.
+    recent: VecDeque<(f64, Place)>,
+    /// Where the robot was when it last left a circle, and when.
+    left: (f64, Place),
+    now: f64,
+}
+
+impl Odometer {
+    fn new(place: Place) -> Odometer {
+        Odometer { metres: 0.0, path: Vec::new(), recent: VecDeque::new(), left: (0.0, place), now: 0.0 }
+    }
+
+    fn frame(&mut self, time: f64, place: Place) {
+        self.now = time;
+        if self.recent.len() == LOOK_BACK {
+            self.recent.pop_front();
+        }
+        self.recent.push_back((time, place));
+        if ((time * FRAME_RATE).round() as u64).is_multiple_of(5) {
+            self.path.push((place.x, place.y));
+        }
+        if libm::hypot(place.x - self.left.1.x, place.y - self.left.1.y) > STUCK.1 {
+            self.left = (time, place);
+        }
+    }
+
+    fn is_stuck(&self) -> bool {
+        self.now - self.left.0 >= STUCK.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::wander::{Reach, Reading};
+    use crate::world::office::Kind;
+
+    /// Says the same all the time.
+    struct Fixed(Reach);
+
+    impl RangeSource for Fixed {
+        fn ahead(&self) -> f64 {
+            0.0
+        }
+
+        fn sees(&self) -> bool {
+            false
+        }
+
+        fn restart(&mut self, _: u64) {}
+
+        fn readings(&mut self, _: &Sight<'_>, readings: &mut Vec<Reading>) -> Result<(), DetectError> {
+            readings.clear();
+            readings.extend([-0.4, 0.0, 0.4].map(|bearing| Reading { bearing, reach: self.0 }));
+            Ok(())
+        }
+
+        fn rows(&self) -> Option<&Rows> {
+            None
+        }
+    }
+
+    fn driven(reach: Reach, seconds: f64) -> Run {
+        let office = Office::new(Kind::Fmrb, 1);
+        let settings = Settings { seconds, ..Settings::default() };
+        let run = drive(&office, &mut Fixed(reach), &settings, 2, &AtomicBool::new(false), |_| Ok(()));
+        run.expect("nothing is detected").expect("nobody stops it")
+    }
+
+    #[test]
+    fn the_blind_hit_walls_where_their_body_touches_them() {
+        let run = driven(Reach::Free(5.0), 600.0);
+        let hit = run.hit.expect("it sees nothing");
+        assert_eq!(run.end, End::Collision);
+        assert!(!hit.walked_into && run.metres > 0.2 && run.seconds < 300.0, "{run:?}");
+        let office = Office::new(Kind::Fmrb, 1);
+        let &(x, y) = run.path.last().expect("it has been somewhere");
+        let nearest = office.at(run.seconds).nearest(x, y, 1.0);
+        // It went on for at most a step after the touch.
+        assert!(nearest.distance < 0.24 && nearest.distance > 0.24 - 0.3 / 50.0 - 1e-9, "{nearest:?}");
+        let way: f64 = run.path.windows(2).map(|w| libm::hypot(w[1].0 - w[0].0, w[1].1 - w[0].1)).sum();
+        assert!((way / run.metres - 1.0).abs() < 0.02, "{way} {}", run.metres);
+    }
+
+    #[test]
+    fn who_sees_walls_everywhere_is_stuck_and_who_knows_nothing_stands_still() {
+        for (reach, turning) in [(Reach::Obstacle(0.3), 0.9..=1.0), (Reach::Unknown, 0.0..=0.0)] {
+            let run = driven(reach, 600.0);
+            assert_eq!((run.end, run.hit), (End::Stuck, None));
+            assert_eq!((run.seconds, run.metres), (60.0, 0.0));
+            assert!(turning.contains(&run.turning), "{run:?}");
+        }
+    }
+
+    #[test]
+    fn time_is_over_and_ctrl_c_is_heard() {
+        let run = driven(Reach::Unknown, 3.0);
+        assert_eq!((run.end, run.seconds), (End::Limit, 3.0));
+        let office = Office::new(Kind::Fmrb, 1);
+        let stopped = drive(
+            &office,
+            &mut Fixed(Reach::Unknown),
+            &Settings::default(),
+            0,
+            &AtomicBool::new(true),
+            |_| Ok(()),
+        );
+        assert!(stopped.expect("nothing fails").is_none());
+    }
+
+    #[test]
+    fn what_was_touched_is_in_view_from_where_it_can_be_seen() {
+        let office = Office::new(Kind::Fmrb, 1);
+        let place = office.start(0);
+        let moment = office.at(0.0);
+        let (sin, cos) = libm::sincos(place.heading);
+        let eye = (place.x + cos * CAMERA_AHEAD, place.y + sin * CAMERA_AHEAD);
+        let wall = |direction: f64| {
+            let distance = moment.range(eye.0, eye.1, direction, 20.0);
+            let (sin, cos) = libm::sincos(direction);
+            (distance, (eye.0 + cos * distance, eye.1 + sin * distance))
+        };
+        // The camera sees the floor 0.03 m to 3.2 m ahead.
+        let near = |i: &i32| wall(place.heading + 0.1 * f64::from(*i)).0 < 2.5;
+        let turn = (0..63).find(near).expect("a wall is near somewhere");
+        let facing = Place { heading: place.heading + 0.1 * f64::from(turn), ..place };
+        let (sin, cos) = libm::sincos(facing.heading);
+        let lens = (place.x + cos * CAMERA_AHEAD, place.y + sin * CAMERA_AHEAD);
+        let distance = moment.range(lens.0, lens.1, facing.heading, 20.0);
+        let seen = |point, place| {
+            let nearest = Nearest { distance: 0.24, thing: Some(Thing::Wall), point };
+            in_view(&office, &(0.0, place), Thing::Wall, &nearest)
+        };
+        let at = |distance: f64| (lens.0 + cos * distance, lens.1 + sin * distance);
+        assert!(seen(at(distance), facing));
+        assert!(!seen(at(distance + 0.2), facing), "behind the wall");
+        assert!(!seen(at(-0.5), facing), "behind the robot");
+        let away = Place { heading: facing.heading + 3.0, ..facing };
+        assert!(!seen(at(distance), away), "it looks the other way");
+    }
+}

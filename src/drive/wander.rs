@@ -1,0 +1,510 @@
+//! From ranges to speeds: a controller that wanders about without hitting anything.
+//!
+//! It is reactive, as that of Martin (2001) for sonar was: it has no map and no goal. What it does:
+//!
+//! - The way ahead is an arc. Of a fan of arcs it takes the one that is free the farthest, with the most room beside
+//!   it, and not too bent: so it turns to the freer side and keeps to the middle of a corridor (after D. Fox, W.
+//!   Burgard, S. Thrun, *The Dynamic Window Approach to Collision Avoidance*, 1997).
+//! - The forward speed is one from which it can stop within what is free of that arc.
+//! - Where every arc is blocked, it turns in place, to the side that is freer at that time, and keeps turning that way
+//!   until there is room ahead. It never goes backwards, for it has no eyes there; as its body is round, turning in
+//!   place is always safe.
+//! - Blocked again and again, it is in a dead end and turns about. Where nothing is free enough all round, it is
+//!   content with less and less.
+//! - Driving, it does not go round in circles: after most of one it prefers the other side for a while.
+//! - A slight preference for one side, which changes at random every now and then, makes it explore; all it does
+//!   follows from its readings and its seed.
+//!
+//! The nearest that a camera sees is ahead of the body, not beside it. So the controller remembers for some seconds where
+//! it has seen obstacles, moves them by the wheels' odometry, and does not turn into what it is passing. What is in view
+//! is believed to be as it was seen last, with a little persistence: thin things may stand between two columns.
+//!
+//! Nothing in here knows of images or of a simulation: a real robot calls [`Wander::steer`] with the ranges of a
+//! detector (those of [`crate::camera::ground::Ground::locate`], or what a detector exported by `vsonar export` gives)
+//! or of a ring of sonars, every time that there are new ones.
+//!
+//! ```
+//! use vsonar::detector::Motion;
+//! use vsonar::drive::wander::{Reach, Reading, Settings, Wander};
+//!
+//! let mut wander = Wander::new(Settings::default());
+//! let bearings = [-0.6, -0.3, 0.0, 0.3, 0.6];
+//! let open = bearings.map(|bearing| Reading { bearing, reach: Reach::Free(3.0) });
+//! let command = wander.steer(&open, Motion::default(), 0.1);
+//! assert_eq!(command.forward, wander.settings().max_speed);
+//! // A wall across the view, a hand's width before the lens: it turns in place.
+//! let wall = bearings.map(|b: f64| Reading { bearing: b, reach: Reach::Obstacle(0.1 / b.cos()) });
+//! let command = wander.steer(&wall, Motion::default(), 0.1);
+//! assert!(command.forward == 0.0 && command.turn != 0.0);
+//! ```
+
+use super::around::{Around, Way};
+use crate::camera::ground::{Range, Status};
+use crate::detector::Motion;
+use crate::world::noise::Stream;
+
+/// What a sensor says of a direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// In radians, to the left positive; 0 is straight ahead.
+    pub bearing: f64,
+    /// What is there.
+    pub reach: Reach,
+}
+
+/// How far it is to something.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reach {
+    /// An obstacle so many metres from the sensor, along the floor.
+    Obstacle(f64),
+    /// Nothing for so many metres; beyond, it cannot see.
+    Free(f64),
+    /// Nothing is known.
+    Unknown,
+}
+
+/// Of a column of a camera.
+impl From<Range> for Reading {
+    fn from(range: Range) -> Reading {
+        let reach = match range.status {
+            Status::Obstacle => Reach::Obstacle(f64::from(range.distance)),
+            Status::NoneInView => Reach::Free(f64::from(range.nearest)),
+            Status::Invalid => Reach::Unknown,
+        };
+        Reading { bearing: f64::from(range.bearing), reach }
+    }
+}
+
+/// How fast to go.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Command {
+    /// In m/s.
+    pub forward: f64,
+    /// In rad/s, to the left positive.
+    pub turn: f64,
+}
+
+/// The controller's parameters.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Settings {
+    /// Radius of the robot's body, in metres.
+    pub body_radius: f64,
+    /// How far the sensor stands before the body's centre, in metres.
+    pub sensor_ahead: f64,
+    /// What the body's edge keeps away from everything if it can, in metres.
+    pub margin: f64,
+    /// The fastest it goes, in m/s.
+    pub max_speed: f64,
+    /// The fastest it turns, in rad/s.
+    pub max_turn: f64,
+    /// How hard it counts on braking, in m/s².
+    pub braking: f64,
+    /// It stands still with this much left free, in metres.
+    pub stop: f64,
+    /// A turn in place ends with this much free ahead, in metres.
+    pub release: f64,
+    /// What is farther does not matter, in metres.
+    pub horizon: f64,
+    /// The narrowest arc, as 1/radius in 1/m.
+    pub max_curvature: f64,
+    /// Seconds that an obstacle is remembered that is not in view.
+    pub memory: f64,
+    /// Seconds that an obstacle in view is believed in after it was seen last.
+    pub fresh: f64,
+    /// Of what is left to chance.
+    pub seed: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings {
+            body_radius: 0.24,
+            sensor_ahead: crate::world::office::CAMERA_AHEAD,
+            margin: 0.1,
+            max_speed: 0.3,
+            max_turn: 0.9,
+            braking: 0.3,
+            stop: 0.03,
+            release: 0.7,
+            horizon: 1.8,
+            max_curvature: 2.0,
+            memory: 4.0,
+            fresh: 0.5,
+            seed: 0,
+        }
+    }
+}
+
+/// What it is doing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Doing {
+    Driving,
+    /// Turning in place: to which side (1 is left), how far it has come, and the least it is to turn, in radians.
+    Turning {
+        side: f64,
+        turned: f64,
+        least: f64,
+    },
+}
+
+/// The controller with what it remembers.
+#[derive(Debug, Clone)]
+pub struct Wander {
+    settings: Settings,
+    around: Around,
+    doing: Doing,
+    chance: Stream,
+    /// The curvature it prefers for the time being, and for how many seconds more.
+    taste: (f64, f64),
+    /// The curvature it took last.
+    last: f64,
+    /// How far it has wound round while driving, in radians to the left, fading; and the side that it avoids for that (0
+    /// for none).
+    wound: (f64, f64),
+    /// Metres and seconds since the last times that it was blocked.
+    blocked: Vec<(f64, f64)>,
+}
+
+/// Arcs to either side of straight ahead.
+const ARCS: i32 = 10;
+/// An arc that is free for less than this, in metres, is blocked.
+const BLOCKED: f64 = 0.12;
+/// Room beside an arc beyond this, in metres, is enough.
+const ROOMY: f64 = 0.7;
+/// Blocked so many times within so many metres and seconds, it is in a dead end.
+const DEAD_END: (usize, f64, f64) = (3, 2.0, 40.0);
+/// Seconds in which winding fades to 1/e, the angle in radians from which on it is too much, and that at which it is
+/// forgotten; and what an arc to the avoided side loses.
+const WINDING: (f64, f64, f64) = (25.0, 4.5, 1.0);
+const AVOIDED: f64 = 1.0;
+/// How far it turns to leave a dead end, and how far it turns at least elsewhere, in radians.
+const ABOUT: f64 = 2.6;
+const LEAST: f64 = 0.35;
+
+impl Wander {
+    /// A controller that has seen nothing yet.
+    pub fn new(settings: Settings) -> Wander {
+        Wander {
+            settings,
+            around: Around::new(),
+            doing: Doing::Driving,
+            chance: Stream::new(settings.seed, 11),
+            taste: (0.0, 0.0),
+            last: 0.0,
+            wound: (0.0, 0.0),
+            blocked: Vec::new(),
+        }
+    }
+
+    /// Its parameters.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Whether it turns in place.
+    pub fn is_turning(&self) -> bool {
+        matches!(self.doing, Doing::Turning { .. })
+    }
+
+    /// How fast to go until the next readings.
+    ///
+    /// `readings` are the newest ones, in any order. `motion` is how the wheels have moved the robot since the call
+    /// before, `seconds` how long ago that was. If nothing is known of any direction, it stands still.
+    pub fn steer(&mut self, readings: &[Reading], motion: Motion, seconds: f64) -> Command {
+        let Settings { sensor_ahead, fresh, memory, horizon, .. } = self.settings;
+        self.around.moved(motion, seconds);
+        self.around.seen(readings, sensor_ahead, (fresh, memory), horizon + 1.0);
+        for (metres, ago) in &mut self.blocked {
+            *metres += motion.forward.abs();
+            *ago += seconds;
+        }
+        self.blocked.retain(|&(metres, ago)| metres < DEAD_END.1 && ago < DEAD_END.2);
+        self.wind(motion, seconds);
+        self.taste.1 -= seconds;
+        if self.taste.1 <= 0.0 {
+            self.taste = (self.chance.range(-0.5, 0.5), self.chance.range(4.0, 12.0));
+        }
+        if readings.iter().all(|reading| reading.reach == Reach::Unknown) {
+            return Command::default();
+        }
+        if let Doing::Turning { side, turned, least } = self.doing {
+            let turned = turned + motion.turn.abs();
+            self.doing = Doing::Turning { side, turned, least };
+            if turned < least || self.way(0.0).free < self.release(turned) {
+                return self.turning(side);
+            }
+            self.doing = Doing::Driving;
+            self.last = 0.0;
+        }
+        let (curvature, way) = self.best();
+        if way.free < BLOCKED {
+            let side = self.freer_side();
+            self.blocked.push((0.0, 0.0));
+            let dead_end = self.blocked.len() >= DEAD_END.0;
+            if dead_end {
+                self.blocked.clear();
+            }
+            self.doing = Doing::Turning { side, turned: 0.0, least: if dead_end { ABOUT } else { LEAST } };
+            return self.turning(side);
+        }
+        self.last = curvature;
+        self.driving(curvature, way)
+    }
+
+    fn way(&self, curvature: f64) -> Way {
+        let Settings { body_radius, margin, horizon, .. } = self.settings;
+        self.around.way(curvature, body_radius, margin, horizon)
+    }
+
+    /// Notices when it goes round in a circle.
+    fn wind(&mut self, motion: Motion, seconds: f64) {
+        let (wound, avoided) = &mut self.wound;
+        let driven = if self.doing == Doing::Driving { motion.turn } else { 0.0 };
+        *wound = *wound * (1.0 - seconds / WINDING.0).max(0.0) + driven;
+        if wound.abs() > WINDING.1 {
+            *avoided = wound.signum();
+        } else if wound.abs() < WINDING.2 {
+            *avoided = 0.0;
+        }
+    }
+
+    /// What has to be free for a turn in place to end: less if it has gone all round in vain.
+    fn release(&self, turned: f64) -> f64 {
+        let rounds = (turned / (2.0 * std::f64::consts::PI)).floor();
+        (self.settings.release / (1.0 + rounds)).max(BLOCKED + 0.05)
+    }
+
+    fn turning(&self, side: f64) -> Command {
+        Command { forward: 0.0, turn: side * self.settings.max_turn }
+    }
+
+    /// 1 for the left, -1 for the right.
+    fn freer_side(&self) -> f64 {
+        let [right, left] = self.around.sides(self.settings.horizon);
+        // On even sides taste decides.
+        if left == right { 1f64.copysign(self.taste.0) } else { 1f64.copysign(left - right) }
+    }
+
+    /// The best of the arcs.
+    fn best(&self) -> (f64, Way) {
+        let Settings { max_curvature, horizon, .. } = self.settings;
+        let mut best = (f64::NEG_INFINITY, 0.0, Way { free: 0.0, clear: 0.0, then: 0.0 });
+        for i in -ARCS..=ARCS {
+            let share = f64::from(i) / f64::from(ARCS);
+            // Closer together near straight ahead.
+            let curvature = max_curvature * share * share.abs();
+            let way = self.way(curvature);
+            let bent = (curvature - self.taste.0).abs() / max_curvature;
+            let change = (curvature - self.last).abs() / max_curvature;
+            let room = 0.4 * way.clear.min(ROOMY) + 0.6 * way.then.min(ROOMY);
+            let circling = if share * self.wound.1 > 0.0 { AVOIDED * share.abs() } else { 0.0 };
+            let score = way.free / horizon + room / ROOMY - 0.2 * bent - 0.1 * change - circling;
+            if score > best.0 {
+                best = (score, curvature, way);
+            }
+        }
+        (best.1, best.2)
+    }
+
+    fn driving(&self, curvature: f64, way: Way) -> Command {
+        let Settings { max_speed, max_turn, braking, stop, margin, .. } = self.settings;
+        let stopping = (2.0 * braking * (way.free - stop).max(0.0)).sqrt();
+        let narrow = (0.4 + 0.6 * way.clear / (2.0 * margin)).min(1.0);
+        let bent = if curvature == 0.0 { f64::INFINITY } else { max_turn / curvature.abs() };
+        let forward = stopping.min(max_speed * narrow).min(bent);
+        Command { forward, turn: curvature * forward }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::robot::{Body, Robot};
+    use crate::world::geometry::{Geometry, Outline, Ray, Room, Solid, Vec3};
+    use crate::world::office::Place;
+
+    const BEARINGS: [f64; 13] = [-0.9, -0.75, -0.6, -0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9];
+
+    /// A wander through a hall with exact ranges from where the camera would be.
+    struct Walk {
+        hall: Geometry,
+        robot: Robot,
+        wander: Wander,
+        motion: Motion,
+    }
+
+    impl Walk {
+        fn new(rooms: &[Room], solids: Vec<Solid>, (x, y, heading): (f64, f64, f64), seed: u64) -> Walk {
+            let robot = Robot::new(Body::default(), Place { x, y, heading });
+            let wander = Wander::new(Settings { seed, ..Settings::default() });
+            let hall = Geometry::new(rooms, solids, 2.5);
+            Walk { hall, robot, wander, motion: Motion::default() }
+        }
+
+        fn readings(&self) -> Vec<Reading> {
+            let place = self.robot.place();
+            let (sin, cos) = libm::sincos(place.heading);
+            let ahead = self.wander.settings().sensor_ahead;
+            let origin = Vec3::new(place.x + ahead * cos, place.y + ahead * sin, 0.05);
+            let reading = |&bearing: &f64| {
+                let (sin, cos) = libm::sincos(place.heading + bearing);
+                let distance = self.hall.cast(&Ray { origin, direction: Vec3::new(cos, sin, 0.0) }).distance;
+                let reach = if distance < 3.0 { Reach::Obstacle(distance) } else { Reach::Free(3.0) };
+                Reading { bearing, reach }
+            };
+            BEARINGS.iter().map(reading).collect()
+        }
+
+        /// A tenth of a second; gives the command and the distance to what is nearest.
+        fn step(&mut self) -> (Command, f64) {
+            let command = self.wander.steer(&self.readings(), self.motion, 0.1);
+            self.motion = Motion::default();
+            for _ in 0..5 {
+                let part = self.robot.step(command, 0.02);
+                self.motion.forward += part.forward;
+                self.motion.turn += part.turn;
+            }
+            let place = self.robot.place();
+            (command, self.hall.clearance(place.x, place.y, 5.0))
+        }
+    }
+
+    fn room(x: (f64, f64), y: (f64, f64)) -> Room {
+        Room { x, y }
+    }
+
+    fn all(reach: impl Fn(f64) -> Reach) -> Vec<Reading> {
+        BEARINGS.iter().map(|&bearing| Reading { bearing, reach: reach(bearing) }).collect()
+    }
+
+    #[test]
+    fn where_all_is_free_it_goes_at_full_speed_and_nearly_straight() {
+        let mut wander = Wander::new(Settings::default());
+        for _ in 0..300 {
+            let command = wander.steer(&all(|_| Reach::Free(3.0)), Motion::default(), 0.1);
+            assert_eq!(command.forward, 0.3);
+            assert!(command.turn.abs() < 0.2, "{command:?}");
+        }
+    }
+
+    #[test]
+    fn a_wall_straight_ahead_is_never_hit() {
+        for heading in [-0.7, -0.3, 0.0, 0.01, 0.5, 1.2] {
+            for seed in 0..4 {
+                let mut walk = Walk::new(&[room((0.0, 9.0), (-4.0, 4.0))], vec![], (6.0, 0.0, heading), seed);
+                let mut nearest = f64::INFINITY;
+                for _ in 0..1200 {
+                    nearest = nearest.min(walk.step().1);
+                }
+                assert!((0.25..1.0).contains(&nearest), "{heading} {seed}: {nearest}");
+            }
+        }
+    }
+
+    #[test]
+    fn blocked_it_turns_to_the_freer_side_and_keeps_turning() {
+        for side in [1.0, -1.0] {
+            let mut wander = Wander::new(Settings::default());
+            // Close to a wall that is open on one side.
+            let open = |b: f64| if b > 0.2 { Reach::Free(3.0) } else { Reach::Obstacle(0.1) };
+            let first = wander.steer(&all(|b| open(b * side)), Motion::default(), 0.1);
+            assert_eq!(first, Command { forward: 0.0, turn: side * 0.9 });
+            // The other side seems freer now and then: it does not dither.
+            for i in 0..20 {
+                let now = if i % 2 == 0 { -side } else { side };
+                let command =
+                    wander.steer(&all(|b| open(b * now)), Motion { forward: 0.0, turn: side * 0.05 }, 0.1);
+                assert_eq!(command, first, "{i}");
+            }
+            assert!(wander.is_turning());
+        }
+    }
+
+    #[test]
+    fn a_corridor_is_kept_to_its_middle() {
+        for (y, heading) in [(0.55, 0.0), (-0.6, -0.2), (0.3, 0.5)] {
+            let mut walk = Walk::new(&[room((0.0, 60.0), (-1.0, 1.0))], vec![], (1.0, y, heading), 3);
+            let mut off: f64 = 0.0;
+            for i in 0..1500 {
+                walk.step();
+                if i > 150 {
+                    off = off.max(walk.robot.place().y.abs());
+                }
+            }
+            assert!(off < 0.45, "{off} from {y}");
+            assert!(walk.robot.place().x > 30.0, "{:?}", walk.robot.place());
+        }
+    }
+
+    #[test]
+    fn it_does_not_go_round_in_circles() {
+        for side in [3.0, 4.5, 12.0] {
+            for seed in 0..4 {
+                let rooms = [room((0.0, side), (0.0, side)), room((side - 0.1, side + 20.0), (0.0, 2.0))];
+                let mut walk = Walk::new(&rooms, vec![], (side / 2.0, side / 2.0, 0.4), seed);
+                let mut squares = std::collections::BTreeSet::new();
+                for _ in 0..3000 {
+                    assert!(walk.step().1 > 0.24);
+                    let Place { x, y, .. } = walk.robot.place();
+                    squares.insert((x.floor() as i64, y.floor() as i64));
+                }
+                assert!(squares.len() > 15, "{side} {seed}: {squares:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_dead_end_is_left() {
+        // An alley of 1 m, closed at its end, off a hall.
+        let rooms = [room((0.0, 6.0), (-3.0, 3.0)), room((5.9, 9.0), (-0.5, 0.5))];
+        for seed in 0..6 {
+            let mut walk = Walk::new(&rooms, vec![], (6.5, 0.0, 0.0), seed);
+            let (mut nearest, mut left) = (f64::INFINITY, None);
+            for i in 0..1200 {
+                nearest = nearest.min(walk.step().1);
+                if left.is_none() && walk.robot.place().x < 5.0 {
+                    left = Some(i);
+                }
+            }
+            assert!(left.is_some() && nearest > 0.24, "{seed}: {left:?} {nearest}");
+        }
+    }
+
+    #[test]
+    fn what_has_been_passed_is_not_turned_into() {
+        // A pillar beside the body, out of view: the freest way is to that side, if one has forgotten it.
+        let pillar = Solid { outline: Outline::Round { x: 3.0, y: 0.55, radius: 0.1 }, height: 1.0 };
+        for seed in 0..8 {
+            let rooms = [room((0.0, 4.2), (-0.5, 6.0))];
+            let mut walk = Walk::new(&rooms, vec![pillar], (1.0, 0.0, 0.0), seed);
+            let nearest = (0..900).map(|_| walk.step().1).fold(f64::INFINITY, f64::min);
+            assert!(nearest > 0.24, "{seed}: {nearest}");
+        }
+    }
+
+    #[test]
+    fn unknown_readings_count_for_nothing() {
+        let mut wander = Wander::new(Settings::default());
+        assert_eq!(wander.steer(&all(|_| Reach::Unknown), Motion::default(), 0.1), Command::default());
+        assert_eq!(wander.steer(&[], Motion::default(), 0.1), Command::default());
+        let command = wander.steer(
+            &all(|b| if b > 0.0 { Reach::Free(3.0) } else { Reach::Unknown }),
+            Motion::default(),
+            0.1,
+        );
+        assert!(command.forward > 0.0);
+    }
+
+    #[test]
+    fn it_follows_from_readings_and_seed() {
+        let walked = |seed| {
+            let mut walk = Walk::new(&[room((0.0, 8.0), (-3.0, 3.0))], vec![], (2.0, 0.0, 0.3), seed);
+            for _ in 0..600 {
+                walk.step();
+            }
+            walk.robot.place()
+        };
+        assert_eq!(walked(1), walked(1));
+        assert_ne!(walked(1), walked(2));
+    }
+}
