@@ -46,12 +46,11 @@ impl OwnShadow {
             // the way to the light, as far as it is below the top of the body
             let (wx, wy) = ((px - x) * part, (py - y) * part);
             let square = wx * wx + wy * wy;
-            let t = if square > 0.0 { ((bx * wx + by * wy) / square).max(0.0).min(1.0) } else { 0.0 };
+            let t = if square > 0.0 { ((bx * wx + by * wy) / square).clamp(0.0, 1.0) } else { 0.0 };
             let (dx, dy) = (bx - wx * t, by - wy * t);
             // panels are long, so the shadow's edge is wider the further away its body is
             let edge = (((dx * dx + dy * dy).sqrt() - BODY) / (EDGE + 0.1 * square.sqrt() * t) + 0.5)
-                .max(0.0)
-                .min(1.0);
+                .clamp(0.0, 1.0);
             remains -= share * (1.0 - edge * edge * (3.0 - 2.0 * edge));
         }
         // close to the body it also hides what walls and ceiling scatter
