@@ -5,15 +5,16 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use vsonar::dataset::TOLERANCE;
 use vsonar::drive::map;
 use vsonar::drive::published::PUBLISHED;
 use vsonar::drive::run::{Run, Settings, drive};
 use vsonar::drive::summary::Summary;
 use vsonar::drive::video::Video;
 use vsonar::ir::opt;
-use vsonar::world::office::{FRAME_RATE, Office};
+use vsonar::world::office::{FRAME_RATE, Kind, Office, World};
 
-use super::drive_sensor::{Against, Sensor, World, world};
+use super::drive_sensor::{Against, Building, Others, Sensor, kind};
 use super::drive_tables::{Report, SensorReport, Timing, line, text};
 use super::drive_view::{Ended, Meter};
 use super::executor::with_stack;
@@ -46,11 +47,14 @@ pub(crate) struct Args {
     /// The program, .gp or .vir; or a run folder, for its best one
     program: PathBuf,
     /// The building: fmrb or nsh
-    #[arg(long, value_name = "NAME", default_value = "fmrb", value_parser = world)]
-    world: World,
-    /// Which building of this kind
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    #[arg(long, value_name = "NAME", default_value = "fmrb", value_parser = kind)]
+    world: Kind,
+    /// Another building of this kind [default: the one that `evolve --world` trains in]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Another building with things that training did not show, seen by a camera of another pitch, height and exposure
+    #[arg(long)]
+    changed: bool,
     /// How many runs
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     runs: u64,
@@ -63,9 +67,13 @@ pub(crate) struct Args {
     /// Believe the median of a column's last 3 answers
     #[arg(long)]
     median: bool,
-    /// Drive with these as well, with commas between them
-    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
-    against: Vec<Against>,
+    /// Drive with these as well: `all`, or names with commas between them: sonar (ideal), truth (no errors), constant,
+    /// gradient, polly, lorigo, ulrich
+    #[arg(long, value_name = "LIST")]
+    against: Option<Others>,
+    /// The training set that the rivals are tuned on: nsh, fmrb or combined [default: that of `--world`]
+    #[arg(long, value_name = "NAME", requires = "against")]
+    tune_on: Option<World>,
     /// A folder to make, for maps and all numbers; one that exists is left alone
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -94,10 +102,11 @@ const VIDEO: &str = "run-1.y4m";
 /// Drives and reports.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let mut folder = args.out.as_deref().map(NewFolder::check).transpose()?;
-    let office = Office::new(args.world.0, args.seed);
+    let building = Building { kind: args.world, seed: args.seed, changed: args.changed };
+    let office = building.office()?;
     let columns = args.columns.of(office.size().0)?;
     let mut sensors = vec![program(&args.program, &office)?];
-    sensors.extend(Against::chosen(&args.against).into_iter().map(Sensor::Other));
+    sensors.extend(others(&args));
     let settings = Settings { seconds: args.minutes * 60.0, ..Settings::default() };
     if let Some(threads) = args.threads {
         // Pictures are rendered by all threads of the pool; a pool that is there already does as well.
@@ -120,8 +129,10 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let done: usize = runs.iter().map(Vec::len).sum();
     let report = Report {
         vsonar: env!("CARGO_PKG_VERSION"),
+        building: building.describe(),
         world: args.world.name(),
         seed: args.seed,
+        changed: args.changed,
         columns,
         median: args.median,
         settings,
@@ -130,6 +141,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             .zip(runs)
             .map(|(sensor, runs)| SensorReport {
                 sensor: sensor.name().to_string(),
+                tuned: sensor.tuned(),
                 summary: Summary::of(&runs),
                 runs,
             })
@@ -148,6 +160,26 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         return Err(CliError::Interrupted(format!("interrupted; {done} of {} runs had ended", items.len())));
     }
     Ok(())
+}
+
+/// What the program is held against, tuned where it is to be tuned.
+fn others(args: &Args) -> Vec<Sensor> {
+    let asked = args.against.clone().unwrap_or_default().0;
+    let any_rival = asked.iter().any(|one| matches!(one, Against::Rival(_)));
+    let training = any_rival.then(|| {
+        let own = match args.world {
+            Kind::Nsh => World::Nsh,
+            Kind::Fmrb => World::Fmrb,
+        };
+        args.tune_on.unwrap_or(own).training()
+    });
+    let sensor = |one: &Against| match (one, &training) {
+        (Against::Sonar, _) => Some(Sensor::Sonar),
+        (Against::Truth, _) => Some(Sensor::Truth),
+        (Against::Rival(rival), Some(set)) => Some(Sensor::Rival(Box::new(rival.tune(set, TOLERANCE)))),
+        (Against::Rival(_), None) => None,
+    };
+    asked.iter().filter_map(sensor).collect()
 }
 
 /// The program, optimised for the office's pictures.
@@ -222,7 +254,8 @@ impl Drives<'_> {
     fn one(&self, item: Item, folder: Option<&NewFolder>, meter: &Meter) -> Result<Option<Run>, CliError> {
         let Item { sensor, number } = item;
         let sensor = &self.sensors[sensor];
-        let mut source = sensor.make(self.office, self.columns, self.args.median, self.args.seed)?;
+        let mut source =
+            sensor.make(self.office, self.columns, self.args.median, self.args.seed.unwrap_or_default())?;
         let filmed = self.args.video && number == 1 && matches!(sensor, Sensor::Program(..));
         let mut video = match folder.filter(|_| filmed) {
             Some(folder) => Some(Video::new(BufWriter::new(folder.create(VIDEO)?), self.office.size())?),
@@ -251,7 +284,7 @@ fn write(folder: &NewFolder, office: &Office, report: &Report) -> Result<(), Cli
                 // Writing to a string cannot fail.
                 let _ = writeln!(paths, "{},{},{seconds},{x:.3},{y:.3}", quoted(sensor), run.number);
             }
-            let caption = format!("{}, building {}: {}", report.world, report.seed, line(sensor, run));
+            let caption = format!("{}: {}", report.building, line(sensor, run));
             let map = map::svg(office, run, report.settings.body.radius, &caption);
             folder.write(&format!("{}-run-{}.svg", sensor, run.number), map.as_bytes())?;
         }

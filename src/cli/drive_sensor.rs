@@ -1,30 +1,61 @@
 //! What drives: the program, and what it is held against.
 
-use clap::ValueEnum;
+use std::str::FromStr;
+
+use vsonar::baseline::{Rival, Tuned};
 use vsonar::detector::CompiledDetector;
 use vsonar::drive::sonar::Sonar;
 use vsonar::drive::source::{Camera, RangeSource};
 use vsonar::ir::Program;
-use vsonar::world::office::{Kind, Office};
+use vsonar::world::office::{Kind, Office, Plan, Setup};
 
 use super::CliError;
 
 /// What the program can be held against.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Against {
-    /// All of these
-    All,
-    /// A ring of ideal sonars
+    /// A ring of ideal sonars.
     Sonar,
-    /// The true rows of the same columns: a detector without error
+    /// The true rows of the same columns: a detector without error.
     Truth,
+    /// A rival of the literature, tuned on a world's training set.
+    Rival(Rival),
 }
 
 impl Against {
-    /// Those asked for, each once, in the order of the list above.
-    pub(crate) fn chosen(asked: &[Against]) -> Vec<Against> {
-        let is_asked = |one: &Against| asked.contains(&Against::All) || asked.contains(one);
-        [Against::Sonar, Against::Truth].into_iter().filter(is_asked).collect()
+    fn all() -> Vec<Against> {
+        let rivals = Rival::ALL.into_iter().map(Against::Rival);
+        [Against::Sonar, Against::Truth].into_iter().chain(rivals).collect()
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Against::Sonar => "sonar",
+            Against::Truth => "truth",
+            Against::Rival(rival) => rival.name(),
+        }
+    }
+}
+
+/// What the program is held against: each once, in the order of [`Against::all`].
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Others(pub(crate) Vec<Against>);
+
+impl FromStr for Others {
+    type Err = String;
+
+    /// `all`, or names between commas.
+    fn from_str(text: &str) -> Result<Others, String> {
+        let all = Against::all();
+        if text == "all" {
+            return Ok(Others(all));
+        }
+        let names: Vec<&str> = text.split(',').map(str::trim).collect();
+        if let Some(unknown) = names.iter().find(|name| all.iter().all(|one| one.name() != **name)) {
+            let known: Vec<&str> = all.iter().map(|one| one.name()).collect();
+            return Err(format!("there is no `{unknown}`; choose all, or some of {}", known.join(", ")));
+        }
+        Ok(Others(all.into_iter().filter(|one| names.contains(&one.name())).collect()))
     }
 }
 
@@ -33,8 +64,12 @@ impl Against {
 pub(crate) enum Sensor {
     /// A program, optimised, with the name of its file.
     Program(String, Box<Program>),
-    /// What it is held against. Rivals that are tuned on a training set belong here, too.
-    Other(Against),
+    /// A ring of ideal sonars.
+    Sonar,
+    /// The true rows.
+    Truth,
+    /// A rival, tuned.
+    Rival(Box<Tuned>),
 }
 
 impl Sensor {
@@ -42,9 +77,17 @@ impl Sensor {
     pub(crate) fn name(&self) -> &str {
         match self {
             Sensor::Program(name, _) => name,
-            Sensor::Other(Against::All) => "all",
-            Sensor::Other(Against::Sonar) => "sonar",
-            Sensor::Other(Against::Truth) => "truth",
+            Sensor::Sonar => Against::Sonar.name(),
+            Sensor::Truth => Against::Truth.name(),
+            Sensor::Rival(tuned) => tuned.rival().name(),
+        }
+    }
+
+    /// What it was tuned to, in words.
+    pub(crate) fn tuned(&self) -> Option<String> {
+        match self {
+            Sensor::Rival(tuned) => Some(tuned.describe()),
+            Sensor::Program(..) | Sensor::Sonar | Sensor::Truth => None,
         }
     }
 
@@ -62,31 +105,57 @@ impl Sensor {
                 let detector = CompiledDetector::compile(program)?;
                 Box::new(Camera::with(Box::new(detector), office, columns, median))
             }
-            Sensor::Other(Against::Sonar) => Box::new(Sonar::new(seed)),
-            Sensor::Other(Against::Truth | Against::All) => Box::new(Camera::with_truth(office, columns)),
+            Sensor::Sonar => Box::new(Sonar::new(seed)),
+            Sensor::Truth => Box::new(Camera::with_truth(office, columns)),
+            Sensor::Rival(tuned) => Box::new(Camera::with(tuned.clone(), office, columns, median)),
         })
     }
 }
 
-/// A world by its name.
+/// The building to drive in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct World(pub(crate) Kind);
+pub(crate) struct Building {
+    pub(crate) kind: Kind,
+    /// None for the building of the world's training set, else another one of the kind.
+    pub(crate) seed: Option<u64>,
+    /// Whether it holds things that no training set shows, seen by a camera of another pitch, height and exposure.
+    pub(crate) changed: bool,
+}
 
-/// The worlds by name; the first is the default.
-const WORLDS: [(&str, Kind); 2] = [("fmrb", Kind::Fmrb), ("nsh", Kind::Nsh)];
+impl Building {
+    pub(crate) fn office(self) -> Result<Office, CliError> {
+        let Building { kind, seed, changed } = self;
+        Ok(match (seed, changed) {
+            (None, false) => Office::preset(kind),
+            (Some(seed), false) => Office::new(kind, seed),
+            (seed, true) => {
+                let seed = seed.unwrap_or(1);
+                Office::build(&Plan::generate(kind, seed, true), &Setup::default().varied(seed), seed)?
+            }
+        })
+    }
 
-impl World {
-    pub(crate) fn name(self) -> &'static str {
-        WORLDS.iter().find(|(_, kind)| *kind == self.0).map_or("?", |(name, _)| name)
+    /// In words.
+    pub(crate) fn describe(self) -> String {
+        let which = match (self.seed, self.changed) {
+            (None, false) => "the building trained in".to_string(),
+            (seed, changed) => {
+                let changed = if changed { ", changed" } else { "" };
+                format!("building {}{changed}", seed.unwrap_or(1))
+            }
+        };
+        format!("{}, {which}", self.kind.name())
     }
 }
 
-/// Reads the name of a world.
-pub(crate) fn world(text: &str) -> Result<World, String> {
-    let found = WORLDS.iter().find(|(name, _)| *name == text).map(|&(_, kind)| World(kind));
-    found.ok_or_else(|| {
-        let names: Vec<String> = WORLDS.iter().map(|(name, _)| format!("`{name}`")).collect();
-        format!("there is no such world; there are {}", names.join(" and "))
+/// Reads the name of a kind of building.
+pub(crate) fn kind(text: &str) -> Result<Kind, String> {
+    let found = Kind::ALL.into_iter().find(|kind| kind.name() == text);
+    found.ok_or_else(|| match text {
+        "combined" => {
+            "that is pictures of two buildings; drive in fmrb or nsh, with `--tune-on combined`".to_string()
+        }
+        _ => "there is no such building; choose fmrb or nsh".to_string(),
     })
 }
 
@@ -95,20 +164,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn worlds_by_name() {
-        for (name, _) in WORLDS {
-            assert_eq!(world(name).map(World::name), Ok(name));
+    fn kinds_by_name() {
+        for one in Kind::ALL {
+            assert_eq!(kind(one.name()), Ok(one));
         }
-        assert!(world("mars").expect_err("none").contains("`fmrb` and `nsh`"));
+        assert!(kind("mars").expect_err("none").contains("fmrb or nsh"));
+        assert!(kind("combined").expect_err("none").contains("--tune-on"));
     }
 
     #[test]
     fn each_once_and_in_order() {
-        use Against::{All, Sonar, Truth};
-        assert_eq!(Against::chosen(&[]), []);
-        assert_eq!(Against::chosen(&[Truth, Sonar, Truth]), [Sonar, Truth]);
-        assert_eq!(Against::chosen(&[Truth, All]), Against::chosen(&[All]));
-        // Whoever adds a name adds it to `chosen`.
-        assert_eq!(Against::chosen(&[All]).len() + 1, Against::value_variants().len());
+        use Against::{Sonar, Truth};
+        let read = |text: &str| text.parse::<Others>();
+        assert_eq!(read("truth, sonar,truth"), Ok(Others(vec![Sonar, Truth])));
+        assert_eq!(read("all").expect("all").0.len(), 2 + Rival::ALL.len());
+        assert_eq!(read("lorigo,sonar"), Ok(Others(vec![Sonar, Against::Rival(Rival::Lorigo)])));
+        let error = read("radar").expect_err("none");
+        assert!(error.contains("`radar`") && error.contains("sonar, truth, constant"), "{error}");
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 use vsonar::drive::published::{PUBLISHED, Published};
-use vsonar::drive::run::{End, Run, Settings, name};
+use vsonar::drive::run::{End, Run, Settings};
 use vsonar::drive::summary::Summary;
 
 use super::output::percent;
@@ -14,8 +14,13 @@ use super::table::Table;
 #[derive(Debug, Serialize)]
 pub(crate) struct Report {
     pub(crate) vsonar: &'static str,
+    /// The building in words.
+    #[serde(skip)]
+    pub(crate) building: String,
     pub(crate) world: &'static str,
-    pub(crate) seed: u64,
+    /// None for the building of the training set.
+    pub(crate) seed: Option<u64>,
+    pub(crate) changed: bool,
     pub(crate) columns: Vec<u32>,
     pub(crate) median: bool,
     pub(crate) settings: Settings,
@@ -28,6 +33,9 @@ pub(crate) struct Report {
 #[derive(Debug, Serialize)]
 pub(crate) struct SensorReport {
     pub(crate) sensor: String,
+    /// What a rival was tuned to, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) tuned: Option<String>,
     pub(crate) summary: Option<Summary>,
     pub(crate) runs: Vec<Run>,
 }
@@ -55,7 +63,9 @@ fn end(run: &Run) -> String {
         (End::Collision, Some(hit)) => {
             let seen = if hit.in_view { "in view" } else { "out of view" };
             let how = if hit.walked_into { "was walked into by" } else { "hit" };
-            format!("{how} a {}, {seen}", name(hit.thing))
+            let thing = hit.thing.to_string();
+            let article = if thing.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+            format!("{how} {article} {thing}, {seen}")
         }
         (End::Stuck, _) => "stuck".to_string(),
         _ => "time over".to_string(),
@@ -84,7 +94,7 @@ pub(crate) fn text(report: &Report) -> String {
         ],
     );
     let mut any_unended = false;
-    for SensorReport { sensor, summary, runs: each } in &report.sensors {
+    for SensorReport { sensor, summary, runs: each, .. } in &report.sensors {
         for run in each {
             let right = run.accuracy.and_then(|a| a.share()).map_or(String::new(), percent);
             runs.row([
@@ -148,6 +158,11 @@ pub(crate) fn text(report: &Report) -> String {
             percent(sum.too_near as f64 / wrong),
             percent(sum.transient as f64 / sum.errors as f64)
         );
+    }
+    for SensorReport { sensor, tuned, .. } in &report.sensors {
+        if let Some(tuned) = tuned {
+            let _ = writeln!(out, "{sensor}: {tuned}");
+        }
     }
     let Timing { simulated_seconds, real_seconds } = report.timing;
     let _ = writeln!(

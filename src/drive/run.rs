@@ -70,16 +70,7 @@ pub struct Hit {
 }
 
 fn word<S: serde::Serializer>(thing: &Thing, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(name(*thing))
-}
-
-/// What a thing is called.
-pub fn name(thing: Thing) -> &'static str {
-    match thing {
-        Thing::Wall => "wall",
-        Thing::Box => "box",
-        Thing::Person => "person",
-    }
+    serializer.collect_str(thing)
 }
 
 /// A run that has ended.

@@ -23,7 +23,7 @@ fn short<'a>(flags: &[&'a str]) -> Vec<&'a str> {
 fn tables_put_all_beside_what_was_published() {
     let text = place().ok(&short(&["--against", "all"]));
     assert!(plain(&text), "{text:?}");
-    for sensor in ["p.gp", "sonar", "truth"] {
+    for sensor in ["p.gp", "sonar", "truth", "constant", "gradient", "polly", "lorigo", "ulrich"] {
         let rows = text.lines().filter(|line| line.split_whitespace().next() == Some(sensor)).count();
         assert_eq!(rows, 3, "two runs and their sum: {text}");
         assert!(text.contains(&format!("{sensor}, run 2: ")), "{text}");
@@ -86,8 +86,10 @@ fn what_cannot_be_done_is_refused() {
     let place = place();
     place.write("small.vir", place.ok(&["ir", "p.gp", "--size", "64x48"]));
     for (code, flags, said) in [
-        (2, &["p.gp", "--world", "mars"][..], "there are `fmrb` and `nsh`"),
+        (2, &["p.gp", "--world", "mars"][..], "choose fmrb or nsh"),
+        (2, &["p.gp", "--world", "combined"], "--tune-on combined"),
         (2, &["p.gp", "--against", "radar"], "radar"),
+        (2, &["p.gp", "--tune-on", "nsh"], "--against"),
         (2, &["p.gp", "--runs", "0"], "0"),
         (2, &["p.gp", "--minutes", "nan"], "minutes"),
         (2, &["p.gp", "--columns", "400,"], "400 is outside"),

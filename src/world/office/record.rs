@@ -21,8 +21,11 @@ const NSH_DRIVE: u64 = 4;
 const FMRB_DRIVE: u64 = 7;
 
 impl Kind {
+    /// Both kinds.
+    pub const ALL: [Kind; 2] = [Kind::Nsh, Kind::Fmrb];
+
     /// Its name, as names of pictures begin.
-    fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Kind::Nsh => "nsh",
             Kind::Fmrb => "fmrb",
