@@ -14,7 +14,7 @@ use super::source::{Folder, Source, absolute};
 #[command(next_help_heading = "Data")]
 pub(crate) struct DataArgs {
     /// Folder with `labels.csv` and the images it names [default: the data of the `--settings` file, if it
-    /// names any, else a built-in synthetic corridor]
+    /// names any, else the world fmrb]
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
     /// Train on what a robot's camera recorded in a synthetic office: nsh, fmrb, or combined for every other image of

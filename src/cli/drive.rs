@@ -27,7 +27,7 @@ use super::{CliError, interrupt, output};
 
 const EXAMPLES: &str = "\
 Examples:
-  vsonar drive runs/synthetic-seed-1
+  vsonar drive runs/fmrb-seed-1
   vsonar drive best.gp --world nsh --runs 10 --against all
   vsonar drive best.gp --median --out drives --video
 
@@ -49,7 +49,7 @@ pub(crate) struct Args {
     /// The building: fmrb or nsh
     #[arg(long, value_name = "NAME", default_value = "fmrb", value_parser = kind)]
     world: Kind,
-    /// Another building of this kind [default: the one that `evolve --world` trains in]
+    /// Another building of this kind than the one that `evolve --world` trains in
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Another building with things that training did not show, seen by a camera of another pitch, height and exposure
@@ -71,7 +71,7 @@ pub(crate) struct Args {
     /// gradient, polly, lorigo, ulrich
     #[arg(long, value_name = "LIST")]
     against: Option<Others>,
-    /// The training set that the rivals are tuned on: nsh, fmrb or combined [default: that of `--world`]
+    /// Tune the rivals on the training set of this world, nsh, fmrb or combined, instead of that of `--world`
     #[arg(long, value_name = "NAME", requires = "against")]
     tune_on: Option<World>,
     /// A folder to make, for maps and all numbers; one that exists is left alone

@@ -26,7 +26,7 @@ pub(crate) const RUNS: &str = "runs";
 const EXAMPLES: &str = "\
 Examples:
   vsonar evolve
-      a small run on built-in images of a corridor; takes about a minute
+      a small run on built-in images of an office; takes half a minute
   vsonar evolve --data photos --train-match 'run_[AB]*' --holdout-match 'run_C*'
       train on two drives, test on the third
   vsonar evolve --data photos --holdout 20% --validation 20%
@@ -158,7 +158,7 @@ impl Args {
             Some((data, path)) => Source::from_table(data, path)?.named_in(path)?,
             None => self.data.source(self.folds.is_some())?,
         };
-        let small = named.is_none() && source.is_synthetic();
+        let small = named.is_none() && !self.data.given();
         let settings = self.settings.settings(file.as_ref(), small)?;
         Ok(Plan { source, settings, named: named.map(|(_, path)| path.to_path_buf()) })
     }

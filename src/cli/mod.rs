@@ -58,7 +58,7 @@ pub(crate) use error::CliError;
 
 const EXAMPLES: &str = "\
 Examples:
-  vsonar evolve                                 a first run, on built-in images of a corridor
+  vsonar evolve                                 a first run, on built-in images of an office
   vsonar evolve --data photos                   evolve on images and labels of your own
   vsonar sweep settings.toml                    compare settings over many seeds
   vsonar eval runs/photos-seed-1/best.gp --data photos

@@ -8,7 +8,7 @@ use vsonar::evolve::{Draft, Preset, Settings, SettingsError};
 use super::CliError;
 use super::output::grouped;
 
-/// Individuals in a generation of a run on the built-in corridor, unless something else is asked for.
+/// Individuals in a generation of a run on the built-in office, unless something else is asked for.
 pub(crate) const SMALL_POPULATION: u32 = 3000;
 /// Generations of such a run.
 pub(crate) const SMALL_GENERATIONS: u32 = 31;
@@ -110,7 +110,7 @@ pub(crate) struct SettingsArgs {
 
 impl SettingsArgs {
     /// The settings: those of the preset, over them the file's, `--set` in order, and the flags. A run on the
-    /// built-in corridor (`small`) starts from a smaller population and fewer generations.
+    /// built-in office (`small`) starts from a smaller population and fewer generations.
     /// What they come to is checked at the end, so that the order of changes that go together does not matter.
     pub(crate) fn settings(&self, file: Option<&SettingsFile>, small: bool) -> Result<Settings, CliError> {
         let mut settings = Settings::preset(self.preset.unwrap_or(PresetName::Default).into());

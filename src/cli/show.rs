@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use vsonar::dataset::{Dataset, TOLERANCE};
 use vsonar::report::{Column, LEGEND, MAX_SCALE, Style, Tile, contact_sheet, draw, fitting_scale};
 use vsonar::tree::Individual;
-use vsonar::world::{Corridor, FRAMES};
+use vsonar::world::office::World;
 
 use super::executor::{Choice, answers};
 use super::memory::MemoryArgs;
@@ -23,7 +23,7 @@ const EXAMPLES: &str = "\
 Examples:
   vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
   vsonar show best.gp --data photos --match 'run_C*' --sheet-columns 4 --out pictures
-  vsonar show runs/synthetic-seed-1/best.gp --out pictures
+  vsonar show runs/fmrb-seed-1/best.gp --out pictures
 
 White bars cover what the program takes for ground, black bars what it takes for an obstacle. A cross stands at
 the ideal answer, a square of the size of the program's window at its own; both are green where the answer is
@@ -45,7 +45,7 @@ const SHEET_TILES: usize = 240;
 pub(crate) struct Args {
     /// The program, a .gp file
     program: PathBuf,
-    /// Folder with `labels.csv` and the images it names [default: the held-out building of the built-in corridor]
+    /// Folder with `labels.csv` and the images it names [default: the held-out building of the world fmrb]
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// Only the images whose names match this pattern, e.g. 'run_C*'
@@ -83,7 +83,7 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
     let executor = args.executor.make()?;
     let mut set = match &args.data {
         Some(dir) => Dataset::load(dir)?,
-        None => Corridor::default().render(source::OTHER_BUILDING, FRAMES)?,
+        None => World::Fmrb.elsewhere(source::other_office()),
     };
     if let Some(pattern) = &args.pattern {
         set = set.select(pattern)?;

@@ -15,8 +15,6 @@ use super::output::from_here;
 pub(crate) const BUILDING: u64 = 1;
 /// The building that is held out.
 pub(crate) const OTHER_BUILDING: u64 = 2;
-/// The building that chooses the winner.
-const VALIDATION_BUILDING: u64 = 3;
 
 /// Where the cases come from. Recorded in the run folder, so that a resume finds them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,7 +87,7 @@ fn validation_office() -> u64 {
     1
 }
 
-fn other_office() -> u64 {
+pub(crate) fn other_office() -> u64 {
     2
 }
 
@@ -128,14 +126,9 @@ pub(crate) fn absolute(path: &Path) -> Result<PathBuf, CliError> {
 }
 
 impl Source {
-    /// The built-in corridor: one building to train on, one that chooses the winner, one that is held out.
+    /// What there is without data: an office whose hallway has a dark stretch.
     pub(crate) fn built_in() -> Source {
-        Source::Synthetic(Synthetic {
-            building: BUILDING,
-            validation_building: Some(VALIDATION_BUILDING),
-            holdout_building: OTHER_BUILDING,
-            frames: FRAMES,
-        })
+        Source::world(World::Fmrb)
     }
 
     /// A synthetic office: its recording to train on, one other building that chooses the winner, one that is held out.
@@ -228,9 +221,13 @@ impl Source {
         })
     }
 
-    /// Whether it is the built-in corridor.
-    pub(crate) fn is_synthetic(&self) -> bool {
-        matches!(self, Source::Synthetic(_))
+    /// The office that a robot can drive in; of pictures of two buildings, that of the paper's drives.
+    pub(crate) fn office(&self) -> Option<&'static str> {
+        match self {
+            Source::World(Recorded { name: World::Nsh, .. }) => Some("nsh"),
+            Source::World(Recorded { name: World::Fmrb | World::Combined, .. }) => Some("fmrb"),
+            Source::Folder(_) | Source::Synthetic(_) => None,
+        }
     }
 
     /// A short name, for the run folder.

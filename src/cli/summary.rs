@@ -53,7 +53,7 @@ pub(crate) struct Report {
     best: Best,
     /// Whether the run ended collapsed, and what to try.
     warnings: Vec<Warning>,
-    /// Whether this was a run on the built-in corridor that is smaller than the published ones.
+    /// Whether this was a run on built-in images that is smaller than the published ones.
     small: bool,
     #[serde(skip)]
     next: Vec<String>,
@@ -100,7 +100,7 @@ impl Report {
                 program: format!("{:#}", summary.best),
             },
             warnings: evolution.warning().into_iter().collect(),
-            small: source.is_synthetic()
+            small: *source == Source::built_in()
                 && (settings.population < full.population || settings.generations < full.generations),
             next: next(source, cases, settings, summary.generations, folder),
         }))
@@ -254,6 +254,12 @@ pub(crate) fn next(
                 shell_word(&from_here(data))
             ));
         }
+    }
+    if let Some(world) = source.office() {
+        next.push(format!(
+            "vsonar drive {} --world {world} --against all    # on a robot in the building, beside others",
+            shell_word(folder)
+        ));
     }
     next.push(format!("vsonar ir {program}    # what the compiler makes of it"));
     let detector = shell_word(&folder.join("detector"));

@@ -90,7 +90,7 @@ fn commands_to_copy_repeat_the_numbers() {
         let set = ["evolve", &data, &holdout, &out];
         check(&[&set[..], TINY].concat(), 2);
     }
-    // The built-in corridor, of which the folders are still to be made.
+    // The built-in office, of which the folders are still to be made.
     check(&["evolve", "--population", "10", "--generations", "1", "--set", "filter.max_draws=2"], 3);
 }
 
@@ -334,26 +334,27 @@ fn settings_of_a_run_bring_its_data() {
 }
 
 #[test]
-fn without_data_there_is_a_corridor() {
+fn without_data_there_is_an_office() {
     let place = Place::new();
     let small = ["--population", "10", "--generations", "1", "--set", "filter.max_draws=2"];
     let text = place.ok(&[&["evolve"], &small[..]].concat());
     assert!(text.contains("small run") && text.contains("--population 4000 --generations 51"), "{text}");
-    assert!(text.contains("held out") && text.contains("vsonar data synth"), "{text}");
-    assert!(place.path("runs/synthetic-seed-1/best.gp").is_file());
+    assert!(text.contains("held out") && text.contains("vsonar synth --world fmrb"), "{text}");
+    assert!(place.path("runs/fmrb-seed-1/best.gp").is_file());
     // A resume finds it again.
-    place.ok(&["evolve", "--resume", "runs/synthetic-seed-1", "--generations", "2", "--quiet"]);
+    place.ok(&["evolve", "--resume", "runs/fmrb-seed-1", "--generations", "2", "--quiet"]);
     // So does a run that repeats it.
-    place.ok(&["evolve", "--settings", "runs/synthetic-seed-1/settings.toml", "--out", "again"]);
-    assert_eq!(recorded(&place.path("again")), recorded(&place.path("runs/synthetic-seed-1")));
-    // The same images as a folder give the same run.
+    place.ok(&["evolve", "--settings", "runs/fmrb-seed-1/settings.toml", "--out", "again"]);
+    assert_eq!(recorded(&place.path("again")), recorded(&place.path("runs/fmrb-seed-1")));
+    // The corridor that was there before can be written still.
     let text = place.ok(&["data", "synth", "small", "--size", "48x32", "--frames", "2"]);
     assert!(text.contains("2 images of 48 x 32 pixels, 12 cases"), "{text}");
-    place.ok(&["data", "synth", "corridor"]);
-    place.ok(&["data", "synth", "between", "--seed", "3"]);
-    let folders = ["evolve", "--data", "corridor", "--validation", "between", "--out", "folder"];
+    // The same images as a folder give the same run.
+    place.ok(&["synth", "--world", "fmrb", "--out", "office"]);
+    place.ok(&["synth", "--world", "fmrb", "--out", "between", "--seed", "1"]);
+    let folders = ["evolve", "--data", "office", "--validation", "between", "--out", "folder"];
     place.ok(&[&folders, &small[..]].concat());
-    assert_eq!(recorded(&place.path("folder")).log[0], recorded(&place.path("runs/synthetic-seed-1")).log[0]);
+    assert_eq!(recorded(&place.path("folder")).log[0], recorded(&place.path("runs/fmrb-seed-1")).log[0]);
 }
 
 #[test]

@@ -30,7 +30,7 @@ fn the_commands_of_the_readme_are_true() {
     std::os::unix::fs::symlink(Path::new(env!("CARGO_MANIFEST_DIR")).join("examples"), link)
         .expect("links can be made");
     // What `vsonar evolve` leaves behind.
-    let program = folder.join("runs/synthetic-seed-1/best.gp");
+    let program = folder.join("runs/fmrb-seed-1/best.gp");
     std::fs::create_dir_all(program.parent().expect("it has one")).expect("folders can be made");
     std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/fmrb.gp"), program)
         .expect("it can be copied");
