@@ -202,3 +202,40 @@ fn bad_settings_are_errors() {
         assert!((0.7..=1.3).contains(&(varied.exposure / Setup::default().exposure)));
     }
 }
+
+#[test]
+fn a_turning_robots_labels_are_those_of_its_picture() {
+    // dark floor and light walls, so that the picture itself tells what is floor
+    let plan: Plan = "plan 1\ncarpet 0.01 0\nwall 0.95 0\nskirting 0.95 0.1\nroom 0 6 -1.5 1.5\n\
+                      box 2 0.8 0.6 0.4 0.5 0.95\nlight 1.5 0 1.2 0.3 1\nlight 4.5 0 1.2 0.3 1\n"
+        .parse()
+        .unwrap();
+    let setup = Setup { noise: 0.0, interlace: 0.0, softness: 0.0, digitizer: false, ..Setup::default() };
+    // what the lines' brightness is must not matter: it is the default that interlaces
+    let interlaced = Setup { interlace: Setup::default().interlace, ..setup.clone() };
+    let mut tried = 0;
+    for setup in [setup, interlaced] {
+        let office = Office::build(&plan, &setup, 1).unwrap();
+        let mut grabber = office.grabber(1);
+        for frame in 0..30 {
+            let time = f64::from(frame) * 0.1;
+            let place = Place { x: 3.0 + 0.05 * time, y: 0.0, heading: 0.9 * time };
+            let moment = office.at(time);
+            let picture = grabber.take(&moment, &place);
+            let floor = moment.floor(&place);
+            for column in (3..320).step_by(29) {
+                let label = moment.label(&place, column);
+                let value = |row: u32| u32::from(picture.get_pixel(column, row).0[0]);
+                let below: Vec<u32> = (label + 1..240).map(value).collect();
+                assert!((label + 1..240).all(|row| floor[(row * 320 + column) as usize]));
+                if (1..239).contains(&label) {
+                    tried += 1;
+                    let most = below.iter().copied().max().unwrap_or(0);
+                    assert!(value(label) > 2 * value(label + 1), "{frame} {column} {label}");
+                    assert!(2 * most < 3 * value(label), "{frame} {column} {label}: {most}");
+                }
+            }
+        }
+    }
+    assert!(tried > 300, "{tried}");
+}

@@ -318,11 +318,6 @@ impl Office {
         let ahead = (free - BUMPER).clamp(0.0, CAMERA_AHEAD);
         Eye { x: place.x + cos * ahead, y: place.y + sin * ahead, sin, cos }
     }
-
-    /// Where the body is, behind the camera.
-    fn body(&self, eye: &Eye) -> (f64, f64) {
-        (eye.x - eye.cos * CAMERA_AHEAD, eye.y - eye.sin * CAMERA_AHEAD)
-    }
 }
 
 /// Free places to start from, each looking along the longest free way.
@@ -404,7 +399,7 @@ impl Moment<'_> {
     }
 
     fn sight(&self, place: &Place) -> Sight<'_> {
-        Sight::new(self.office, [self.office.eye(place, self); 2], &self.people)
+        Sight::new(self, place)
     }
 
     /// Where the camera of a robot at a place is, in metres: before the middle of its body, unless something holds it

@@ -1,6 +1,6 @@
 //! One look: which objects each part of the picture can meet, what its rays meet, and the light they bring.
 
-use super::Office;
+use super::{Moment, Office, Place};
 use super::part::{Beam, Part, Pattern, Thing};
 use super::people::Standing;
 use super::plan::OpeningKind;
@@ -15,8 +15,9 @@ const LATTICE: usize = 4;
 /// What the camera sees from a place at a time.
 pub(super) struct Sight<'a> {
     office: &'a Office,
-    /// Where the camera was for even lines, and for odd ones, which are read first.
-    eyes: [Eye; 2],
+    eye: Eye,
+    /// The middle of the robot's body on the floor.
+    body: (f64, f64),
     walkers: Vec<Part>,
     people: &'a [Standing],
     /// The objects, with the squared distance at which they begin, nearest first.
@@ -33,9 +34,12 @@ struct Met {
 }
 
 impl<'a> Sight<'a> {
-    pub(super) fn new(office: &'a Office, eyes: [Eye; 2], people: &'a [Standing]) -> Sight<'a> {
+    /// What the camera of a robot at a place sees: pictures and labels have these rays and no others.
+    pub(super) fn new(moment: &'a Moment<'_>, place: &Place) -> Sight<'a> {
+        let (office, people) = (moment.office, &moment.people[..]);
         let (rig, space) = (&*office.rig, &*office.space);
-        let near = |p: &&Standing| (p.x - eyes[0].x).abs().max((p.y - eyes[0].y).abs()) < 30.0;
+        let eye = office.eye(place, moment);
+        let near = |p: &&Standing| (p.x - eye.x).abs().max((p.y - eye.y).abs()) < 30.0;
         let walkers: Vec<Part> = people.iter().filter(near).flat_map(Standing::parts).collect();
         let all = (0..space.walls.len()).map(Object::Wall);
         let all = all.chain((0..space.parts.len()).map(Object::Part));
@@ -44,40 +48,34 @@ impl<'a> Sight<'a> {
         for object in all {
             let bounds = space.bounds(object, &walkers);
             let mut tiles = Vec::new();
-            rig.tiles_of(&eyes[0], &bounds, |tile| tiles.push(tile));
-            if eyes[1] != eyes[0] {
-                rig.tiles_of(&eyes[1], &bounds, |tile| tiles.push(tile));
-            }
+            rig.tiles_of(&eye, &bounds, |tile| tiles.push(tile));
             if !tiles.is_empty() {
-                // the eyes are centimetres apart: a little less keeps it a lower bound for both
-                let away = (Rig::away(&eyes[0], &bounds).sqrt() - 0.2).max(0.0);
-                objects.push((object, away * away, tiles));
+                objects.push((object, Rig::away(&eye, &bounds), tiles));
             }
         }
         objects.sort_by(|a, b| a.1.total_cmp(&b.1));
         let mut tiles: Vec<Vec<u32>> = vec![Vec::new(); rig.tiles()];
         for (k, (.., of)) in objects.iter().enumerate() {
             for &tile in of {
-                if tiles[tile].last() != Some(&(k as u32)) {
-                    tiles[tile].push(k as u32);
-                }
+                tiles[tile].push(k as u32);
             }
         }
         let objects = objects.into_iter().map(|(object, away, _)| (object, away)).collect();
-        Sight { office, eyes, walkers, people, objects, tiles }
+        Sight { office, eye, body: (place.x, place.y), walkers, people, objects, tiles }
     }
 
     #[inline]
     fn meet(&self, column: usize, row: usize) -> Met {
         let rig = &*self.office.rig;
-        let eye = &self.eyes[row & 1];
+        let eye = &self.eye;
         let ray = rig.rays[row * rig.width + column];
         let beam = Beam::new(Vec3::new(eye.x, eye.y, rig.up), eye.turned(ray));
         let mut met =
             Met { beam, distance: if ray.z < 0.0 { -rig.up / ray.z } else { f64::INFINITY }, object: None };
         for &k in &self.tiles[rig.tile(column, row)] {
             let (object, away) = self.objects[k as usize];
-            if away > met.distance * met.distance * beam.flat {
+            // rounding must not part what stands exactly where the ray ends
+            if away > met.distance * met.distance * beam.flat + 1e-6 {
                 break;
             }
             if let Some(t) = self.office.space.meet(object, &self.walkers, &beam, met.distance) {
@@ -131,15 +129,14 @@ impl<'a> Sight<'a> {
             for row in rows {
                 let from = row * rig.width;
                 if self.tiles[tile].is_empty() {
-                    let eye = &self.eyes[row & 1];
                     for k in from + columns.start..from + columns.end {
-                        light[k] = self.carpet(eye, k) * shade[k];
+                        light[k] = self.carpet(k) * shade[k];
                     }
                 } else {
                     for column in columns.clone() {
                         let met = self.meet(column, row);
                         light[from + column] = match met.object {
-                            None => self.carpet(&self.eyes[row & 1], from + column) * shade[from + column],
+                            None => self.carpet(from + column) * shade[from + column],
                             Some(object) => self.surface(&met, object, from + column),
                         };
                     }
@@ -153,7 +150,7 @@ impl<'a> Sight<'a> {
         let k = row * self.office.rig.width + column;
         let met = self.meet(column, row);
         match met.object {
-            None => self.carpet(&self.eyes[row & 1], k),
+            None => self.carpet(k),
             Some(object) => self.surface(&met, object, k),
         }
     }
@@ -161,8 +158,8 @@ impl<'a> Sight<'a> {
     /// What the robot and people leave of the light on the floor, for every pixel: computed at some and spread out.
     fn shade(&self) -> Vec<f32> {
         let rig = &*self.office.rig;
-        let eye = &self.eyes[0];
-        let own = OwnShadow::new(&self.office.lights, eye, &self.office.body(eye));
+        let eye = &self.eye;
+        let own = OwnShadow::new(&self.office.lights, eye, &self.body);
         let (across, down) = (rig.width.div_ceil(LATTICE) + 1, rig.height.div_ceil(LATTICE) + 1);
         let point = |i: usize, j: usize| {
             let foot =
@@ -197,8 +194,8 @@ impl<'a> Sight<'a> {
 
     /// What the floor gives back at a pixel that sees it, shadows of those who move apart.
     #[inline]
-    fn carpet(&self, eye: &Eye, k: usize) -> f32 {
-        let foot = self.office.rig.feet[k];
+    fn carpet(&self, k: usize) -> f32 {
+        let (eye, foot) = (&self.eye, self.office.rig.feet[k]);
         let (sin, cos) = (eye.sin as f32, eye.cos as f32);
         let x = eye.x as f32 + foot.ahead * cos - foot.left * sin;
         let y = eye.y as f32 + foot.ahead * sin + foot.left * cos;
