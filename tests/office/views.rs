@@ -96,7 +96,7 @@ fn the_lens_bends_labels_as_the_camera_says() {
 fn masks_and_labels_say_the_same() {
     let office = Office::preset(Kind::Nsh);
     for shot in drive(&office, 12, 4) {
-        let moment = office.at(shot.seconds);
+        let moment = shot.moment(&office);
         let floor = moment.floor(&shot.place);
         for column in (0..320).step_by(29) {
             let blocked = |row: &u32| !floor[(row * 320 + column) as usize];

@@ -48,6 +48,7 @@ mod wander;
 
 pub use grabber::Grabber;
 pub use part::{Part, Thing};
+pub use people::Crowd;
 pub use plan::{Item, ItemKind, Light, Opening, OpeningKind, Person, Plan, PlanError, Start, Stripe};
 pub use record::{ParseWorldError, Shot, World, drive, record};
 pub use setup::Setup;
@@ -293,10 +294,15 @@ impl Office {
         self.starts.get(pick as usize).copied().unwrap_or(Place { x: 0.0, y: 0.0, heading: 0.0 })
     }
 
-    /// The office so many seconds after its beginning.
+    /// The office so many seconds after its beginning, if nobody has to give way to a robot.
     pub fn at(&self, seconds: f64) -> Moment<'_> {
         let people = self.plan.people.iter().map(|person| person.at(seconds)).collect();
         Moment { office: self, seconds, people }
+    }
+
+    /// Those who walk about in it, at its beginning. Unlike those of [`Office::at`] they give way to a robot.
+    pub fn crowd(&self) -> Crowd<'_> {
+        Crowd::new(self)
     }
 
     /// A grabber; the seed is that of its noise.
