@@ -154,6 +154,7 @@ fn labels_can_be_seen() {
     // the paper's were marked by a person: what a picture does not tell cannot be among them
     for world in [World::Nsh, World::Fmrb, World::Combined] {
         let set = world.training();
+        if let Ok(dir) = std::env::var("DUMP") { set.save(std::path::Path::new(&format!("{dir}/{world}"))).unwrap(); }
         let hidden = |case: &&vsonar::dataset::Case| {
             (1..=238).contains(&case.y) && !is_visible(&set.images()[case.image].pixels, case.x, case.y)
         };

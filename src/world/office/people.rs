@@ -2,7 +2,7 @@
 
 use super::part::{Part, Pattern, Thing};
 use super::plan::Person;
-use super::{Moment, Office, Place};
+use super::{BODY, Moment, Office, Place};
 use crate::world::geometry::{Outline, Vec3};
 
 /// Radius of a person, in metres.
@@ -14,8 +14,6 @@ const APART: f64 = 0.085;
 const SWING: f64 = 0.1;
 const LEG: f64 = 0.062;
 const SHOE: f64 = 0.075;
-/// Radius of the robot's body, in metres.
-const ROBOT: f64 = 0.24;
 /// How near to the robot's body the middle of a person comes: straight ahead, and on either side, in metres.
 const AHEAD: f64 = 0.75;
 const ASIDE: f64 = 0.5;
@@ -160,8 +158,8 @@ impl Standing {
         let (sin, cos) = self.way;
         let (dx, dy) = (robot.x - self.x, robot.y - self.y);
         let (ahead, aside) = (dx * cos + dy * sin, dy * cos - dx * sin);
-        let gap = (dx * dx + dy * dy).sqrt() - ROBOT;
-        ahead > 0.0 && (gap < ASIDE || (gap < AHEAD && aside.abs() < ROBOT + LANE))
+        let gap = (dx * dx + dy * dy).sqrt() - BODY;
+        ahead > 0.0 && (gap < ASIDE || (gap < AHEAD && aside.abs() < BODY + LANE))
     }
 
     /// Legs, shoes and body.

@@ -3,7 +3,8 @@
 use super::{Moment, Office, Place};
 use super::part::{Beam, Part, Pattern, Thing};
 use super::people::Standing;
-use super::plan::OpeningKind;
+use super::light::AMBIENT;
+use super::plan::{Light, OpeningKind};
 use super::rig::{Eye, Rig};
 use super::shadow::OwnShadow;
 use super::space::{Leaf, Object};
@@ -11,6 +12,11 @@ use crate::world::geometry::{Vec3, Wall};
 
 /// Pixels between the points at which the robot's shadow is computed.
 const LATTICE: usize = 4;
+/// Light of a panel of power 1 that one looks into; albedo of the ceiling, and the share of the floor's light that
+/// comes up to it.
+const PANEL: f32 = 6.0;
+const CEILING: f32 = 0.7;
+const UPWARDS: f32 = 0.25;
 
 /// What the camera sees from a place at a time.
 pub(super) struct Sight<'a> {
@@ -31,6 +37,12 @@ struct Met {
     beam: Beam,
     distance: f64,
     object: Option<Object>,
+}
+
+impl Met {
+    fn is_floor(&self) -> bool {
+        self.object.is_none() && self.beam.d.z < 0.0
+    }
 }
 
 impl<'a> Sight<'a> {
@@ -70,8 +82,13 @@ impl<'a> Sight<'a> {
         let eye = &self.eye;
         let ray = rig.rays[row * rig.width + column];
         let beam = Beam::new(Vec3::new(eye.x, eye.y, rig.up), eye.turned(ray));
-        let mut met =
-            Met { beam, distance: if ray.z < 0.0 { -rig.up / ray.z } else { f64::INFINITY }, object: None };
+        // to the floor, or to the ceiling, above which nothing is met
+        let distance = match ray.z {
+            z if z < 0.0 => -rig.up / z,
+            z if z > 0.0 => (self.office.lights.ceiling - rig.up) / z,
+            _ => f64::INFINITY,
+        };
+        let mut met = Met { beam, distance, object: None };
         for &k in &self.tiles[rig.tile(column, row)] {
             let (object, away) = self.objects[k as usize];
             // rounding must not part what stands exactly where the ray ends
@@ -85,12 +102,10 @@ impl<'a> Sight<'a> {
         met
     }
 
-    /// The first row from below whose ray meets something other than the floor, 0 if there is none. Light that
-    /// meets nothing at all comes from the ceiling.
+    /// The first row from below whose ray meets something other than the floor, 0 if there is none.
     pub(super) fn label(&self, column: u32) -> u32 {
         let is_floor = |&row: &usize| {
-            let met = self.meet(column as usize, row);
-            met.object.is_none() && met.distance.is_finite()
+            self.meet(column as usize, row).is_floor()
         };
         (0..self.office.rig.height).rev().find(|row| !is_floor(row)).unwrap_or(0) as u32
     }
@@ -99,8 +114,7 @@ impl<'a> Sight<'a> {
     pub(super) fn floor(&self) -> Vec<bool> {
         let (width, height) = (self.office.rig.width, self.office.rig.height);
         let is_floor = |k: usize| {
-            let met = self.meet(k % width, k / width);
-            met.object.is_none() && met.distance.is_finite()
+            self.meet(k % width, k / width).is_floor()
         };
         (0..width * height).map(is_floor).collect()
     }
@@ -129,14 +143,14 @@ impl<'a> Sight<'a> {
             for row in rows {
                 let from = row * rig.width;
                 if self.tiles[tile].is_empty() {
-                    for k in from + columns.start..from + columns.end {
-                        light[k] = self.carpet(k) * shade[k];
+                    for column in columns.clone() {
+                        light[from + column] = self.bare(column, row) * shade[from + column];
                     }
                 } else {
                     for column in columns.clone() {
                         let met = self.meet(column, row);
                         light[from + column] = match met.object {
-                            None => self.carpet(from + column) * shade[from + column],
+                            None => self.bare(column, row) * shade[from + column],
                             Some(object) => self.surface(&met, object, from + column),
                         };
                     }
@@ -150,7 +164,7 @@ impl<'a> Sight<'a> {
         let k = row * self.office.rig.width + column;
         let met = self.meet(column, row);
         match met.object {
-            None => self.carpet(k),
+            None => self.bare(column, row),
             Some(object) => self.surface(&met, object, k),
         }
     }
@@ -190,6 +204,30 @@ impl<'a> Sight<'a> {
             }
         }
         shade
+    }
+
+    /// What floor or ceiling give at a pixel before which nothing stands.
+    #[inline]
+    fn bare(&self, column: usize, row: usize) -> f32 {
+        let k = row * self.office.rig.width + column;
+        if self.office.rig.feet[k].level == u8::MAX { self.ceiling(k) } else { self.carpet(k) }
+    }
+
+    /// What the ceiling gives at a pixel: its panels, or what the floor scatters up to it. Rays so flat that they meet
+    /// neither anywhere near end in the little light that is everywhere.
+    fn ceiling(&self, k: usize) -> f32 {
+        let (rig, lights) = (&*self.office.rig, &*self.office.lights);
+        let d = self.eye.turned(rig.rays[k]);
+        if d.z <= 1e-3 {
+            return AMBIENT as f32;
+        }
+        let t = (lights.ceiling - rig.up) / d.z;
+        let (x, y) = (self.eye.x + d.x * t, self.eye.y + d.y * t);
+        let on = |l: &&Light| (x - l.x).abs() <= l.width / 2.0 && (y - l.y).abs() <= l.depth / 2.0;
+        match lights.panels.iter().find(on) {
+            Some(panel) => PANEL * panel.power as f32,
+            None => CEILING * (AMBIENT as f32 + UPWARDS * self.office.light.floor.at(x as f32, y as f32)),
+        }
     }
 
     /// What the floor gives back at a pixel that sees it, shadows of those who move apart.
@@ -251,7 +289,7 @@ impl<'a> Sight<'a> {
             _ => {
                 // sides get less the nearer they are to the floor, and differ by where they look
                 let up = (0.75 + 0.25 * (p.z * 2.0).min(1.0)) as f32;
-                floor * up * (0.55 + 0.5 * n.z + 0.09 * n.x - 0.13 * n.y) as f32
+                floor * up * (0.62 + 0.5 * n.z + 0.09 * n.x - 0.13 * n.y) as f32
             }
         };
         self.office.finish(part, p, n) * light

@@ -105,8 +105,13 @@ fn looks(plan: &mut Plan, kind: Kind, stream: &mut Stream) {
     plan.grain = stream.range(0.22, 0.4);
     plan.wall = stream.range(wall.0, wall.1);
     plan.gloss = stream.range(0.2, 0.5);
-    plan.skirting = stream.range(0.03, 0.07);
-    plan.skirting_height = stream.range(0.07, 0.12);
+    // dark or light, but never as light as the carpet: people see where the wall begins
+    let (skirting, height) = match kind {
+        Kind::Nsh => ((0.03, 0.05), (0.13, 0.17)),
+        Kind::Fmrb => ((0.5, 0.65), (0.08, 0.12)),
+    };
+    plan.skirting = stream.range(skirting.0, skirting.1);
+    plan.skirting_height = stream.range(height.0, height.1);
 }
 
 /// Doors along every wall that is long enough, and a pane now and then.
@@ -137,7 +142,7 @@ fn lights(plan: &mut Plan, kind: Kind, layout: &Layout, stream: &mut Stream) {
         let count = ((to - from) / LIGHTS_APART).floor().max(1.0);
         for k in 0..count as u32 {
             let along = from + (f64::from(k) + 0.5) * (to - from) / count;
-            let burned = dark == Some(i) && along > from + 2.5 && along < to - 2.5;
+            let burned = dark == Some(i) && along > from + 2.5 && along < to - 5.0;
             let power = if burned || stream.chance(0.04) { 0.0 } else { stream.range(0.85, 1.1) };
             let (x, y) = hall.point(along, 0.0);
             let (width, depth) = if hall.along_x { (1.2, 0.3) } else { (0.3, 1.2) };
