@@ -46,6 +46,16 @@ fn faults_name_a_remedy() {
         let complaint = place.fails(2, &["evolve", "--world", "nsh", flag, value, "--settings", "none.toml"]);
         assert!(complaint.contains("cannot be used with") && complaint.contains(flag), "{complaint}");
     }
+    for (text, parts) in [
+        ("validation_building = 4\nholdout_building = 4", ["bad.toml", "both 4"]),
+        ("holdout_building = 1", ["bad.toml", "both 1"]),
+        ("frames = 0", ["`frames`", "choose 1 to 10000"]),
+        ("frames = 10001", ["bad.toml", "`frames`"]),
+    ] {
+        place.write("bad.toml", format!("[data.world]\nname = \"fmrb\"\n{text}\n"));
+        let complaint = place.fails(1, &["evolve", "--settings", "bad.toml"]);
+        assert!(parts.iter().all(|part| complaint.contains(part)), "{complaint}");
+    }
     place.write("mars.toml", "[data.world]\nname = \"mars\"\n");
     let complaint = place.fails(1, &["evolve", "--settings", "mars.toml"]);
     assert!(complaint.contains("mars.toml") && complaint.contains("`fmrb`"), "{complaint}");

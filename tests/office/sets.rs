@@ -152,6 +152,7 @@ fn is_visible(pixels: &image::GrayImage, x: u32, y: u32) -> bool {
 #[test]
 fn labels_can_be_seen() {
     // the paper's were marked by a person: what a picture does not tell cannot be among them
+    let mut all = Vec::new();
     for world in [World::Nsh, World::Fmrb, World::Combined] {
         let set = world.training();
         if let Ok(dir) = std::env::var("DUMP") { set.save(std::path::Path::new(&format!("{dir}/{world}"))).unwrap(); }
@@ -160,6 +161,7 @@ fn labels_can_be_seen() {
         };
         let hidden: Vec<_> = set.cases().iter().filter(hidden).map(|c| (c.image, c.x, c.y)).collect();
         println!("{world}: {} of {} cases cannot be seen", hidden.len(), set.cases().len());
-        assert!(hidden.len() * 100 <= 3 * set.cases().len(), "{world}: {hidden:?}");
+        all.push((world, hidden.len() as f64 / set.cases().len() as f64, hidden));
     }
+    assert!(all.iter().all(|(_, share, _)| *share <= 0.03), "{all:?}");
 }

@@ -363,9 +363,10 @@ fn starts(plan: &Plan, space: &Space, light: &LightMap) -> Vec<Place> {
             if best.is_none_or(|(most, _)| clear > most) {
                 best = Some((clear, place));
             }
-            // rooms overlap
-            let known = |other: &Place| (other.x - x).abs().max((other.y - y).abs()) < 0.5;
-            if clear >= 0.55 && longest > 1.0 + BODY && !free.iter().any(known) {
+            // rooms overlap, and some places are the plan's
+            let near = |ox: f64, oy: f64| (ox - x).abs().max((oy - y).abs()) < 0.5;
+            let known = free.iter().any(|o| near(o.x, o.y)) || plan.starts.iter().any(|o| near(o.x, o.y));
+            if clear >= 0.55 && longest > 1.0 + BODY && !known {
                 free.push(place);
             }
         }

@@ -107,7 +107,7 @@ fn looks(plan: &mut Plan, kind: Kind, stream: &mut Stream) {
     plan.gloss = stream.range(0.2, 0.5);
     // dark or light, but never as light as the carpet: people see where the wall begins
     let (skirting, height) = match kind {
-        Kind::Nsh => ((0.03, 0.05), (0.13, 0.17)),
+        Kind::Nsh => ((0.02, 0.03), (0.13, 0.17)),
         Kind::Fmrb => ((0.5, 0.65), (0.08, 0.12)),
     };
     plan.skirting = stream.range(skirting.0, skirting.1);
@@ -116,8 +116,8 @@ fn looks(plan: &mut Plan, kind: Kind, stream: &mut Stream) {
 
 /// Doors along every wall that is long enough, and a pane now and then.
 fn openings(plan: &mut Plan, stream: &mut Stream) {
-    let dark = stream.range(0.12, 0.25);
-    let light = stream.range(0.3, 0.45);
+    let dark = stream.range(0.07, 0.11);
+    let light = stream.range(0.42, 0.55);
     for wall in outline(&plan.rooms) {
         let mut at = wall.span.0 + stream.range(0.9, 2.0);
         while at + 0.9 < wall.span.1 {
