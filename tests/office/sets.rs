@@ -14,7 +14,7 @@ fn recorded(kind: Kind, seed: u64) -> Dataset {
 
 /// Of five small pictures of each building. A change of them is a change of every set that was ever recorded: say so
 /// in the change log.
-const PINNED: [(Kind, u64); 2] = [(Kind::Nsh, 0x0197_7497_4228_7436), (Kind::Fmrb, 0x1506_fdea_3479_5707)];
+const PINNED: [(Kind, u64); 2] = [(Kind::Nsh, 0x2d5c_fe67_62fb_8bf7), (Kind::Fmrb, 0x1506_fdea_3479_5707)];
 
 #[test]
 fn a_seed_is_a_set() {

@@ -339,7 +339,9 @@ fn starts(plan: &Plan, space: &Space, light: &LightMap) -> Vec<Place> {
     let (mut free, mut best): (Vec<Place>, Option<(f64, Place)>) = (Vec::new(), None);
     // from wide to narrow: most plans have wide places, and a few are enough
     for room in &plan.rooms {
-        let steps = |(a, b): (f64, f64)| (((b - a) / 0.9).floor() as usize).clamp(1, 60);
+        // close along a hallway; across it the middle counts
+        let apart = |length: f64| if length > 4.0 { 0.6 } else { 0.9 };
+        let steps = |(a, b): (f64, f64)| (((b - a) / apart(b - a)).floor() as usize).clamp(1, 60);
         let (nx, ny) = (steps(room.x), steps(room.y));
         for k in 0..nx * ny {
             let along = |i: usize, n: usize, (a, b): (f64, f64)| a + (b - a) * (i as f64 + 0.5) / n as f64;
