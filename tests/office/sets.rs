@@ -14,7 +14,7 @@ fn recorded(kind: Kind, seed: u64) -> Dataset {
 
 /// Of five small pictures of each building. A change of them is a change of every set that was ever recorded: say so
 /// in the change log.
-const PINNED: [(Kind, u64); 2] = [(Kind::Nsh, 0x2d5c_fe67_62fb_8bf7), (Kind::Fmrb, 0x1506_fdea_3479_5707)];
+const PINNED: [(Kind, u64); 2] = [(Kind::Nsh, 0x2d5c_fe67_62fb_8bf7), (Kind::Fmrb, 0x8a5f_92b9_1b2f_3343)];
 
 #[test]
 fn a_seed_is_a_set() {
@@ -47,7 +47,6 @@ fn the_training_sets_are_like_the_papers() {
         let constants = Constants::learn(set, TOLERANCE);
         let score = constants.score(set);
         let (overall, per_column) = (score.overall_share(), score.per_column_share());
-        println!("{world}: best constant {overall:.3}, per column {per_column:.3}");
         // the best of a first generation had 21.6 to 36.4 %: about what the best constant gets
         assert!(overall > 0.2 && overall < 0.364, "{world}: {overall}");
         assert!(per_column < 0.4, "{world}: {per_column}");
@@ -93,7 +92,6 @@ fn the_carpets_brightness_varies_as_in_the_paper() {
     let least = means.iter().copied().fold(f64::INFINITY, f64::min);
     let most = means.iter().copied().fold(0.0, f64::max);
     assert!(least <= 20.0 && (130.0..150.0).contains(&most), "{least} to {most}");
-    println!("carpet of fmrb: {least:.1} to {most:.1}");
     let between = means.iter().filter(|m| (25.0..90.0).contains(*m)).count();
     assert!(between >= 3, "the way into the dark is seen");
     let means = carpets(Kind::Nsh, 4);
@@ -155,12 +153,10 @@ fn labels_can_be_seen() {
     let mut all = Vec::new();
     for world in [World::Nsh, World::Fmrb, World::Combined] {
         let set = world.training();
-        if let Ok(dir) = std::env::var("DUMP") { set.save(std::path::Path::new(&format!("{dir}/{world}"))).unwrap(); }
         let hidden = |case: &&vsonar::dataset::Case| {
             (1..=238).contains(&case.y) && !is_visible(&set.images()[case.image].pixels, case.x, case.y)
         };
         let hidden: Vec<_> = set.cases().iter().filter(hidden).map(|c| (c.image, c.x, c.y)).collect();
-        println!("{world}: {} of {} cases cannot be seen", hidden.len(), set.cases().len());
         all.push((world, hidden.len() as f64 / set.cases().len() as f64, hidden));
     }
     assert!(all.iter().all(|(_, share, _)| *share <= 0.03), "{all:?}");
