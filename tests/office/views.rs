@@ -243,26 +243,33 @@ fn a_turning_robots_labels_are_those_of_its_picture() {
 #[test]
 fn above_the_horizon_is_no_carpet() {
     // black carpet and walls without lights, under a ceiling with some
-    let plan: Plan = "plan 1\ncarpet 0.01 0\nroom 0 40 -3 3\nroom 39 40 -9 9\nlight 4 0 1.2 0.6 1\nlight 8 0 1.2 0.6 1\n\
+    let plan: Plan =
+        "plan 1\ncarpet 0.01 0\nroom 0 40 -3 3\nroom 39 40 -9 9\nlight 4 0 1.2 0.6 1\nlight 8 0 1.2 0.6 1\n\
                       light 12 0 1.2 0.6 1\n"
-        .parse()
-        .unwrap();
+            .parse()
+            .unwrap();
     let camera = Camera { pitch: 10.0, ..Setup::default().camera };
     let setup = Setup { camera, noise: 0.0, interlace: 0.0, ..Setup::default() };
     let office = Office::build(&plan, &setup, 1).unwrap();
     let (moment, place) = (office.at(0.0), Place { x: 1.0, y: 0.0, heading: 0.0 });
     let floor = moment.floor(&place);
     let picture = office.grabber(1).take(&moment, &place);
-    let horizon = (0..240).find(|&row| office.camera().floor((320, 240), 160.0, f64::from(row)).is_some()).unwrap();
+    let horizon =
+        (0..240).find(|&row| office.camera().floor((320, 240), 160.0, f64::from(row)).is_some()).unwrap();
     assert!((60..110).contains(&horizon), "{horizon}");
     assert!(floor[..horizon as usize * 320 - 10 * 320].iter().all(|floor| !floor));
     assert!(floor[200 * 320..].iter().all(|floor| *floor));
     let bright = |rows: std::ops::Range<u32>| {
-        rows.flat_map(|row| (0..320).map(move |x| (x, row))).filter(|&(x, y)| picture.get_pixel(x, y).0[0] >= 250).count()
+        rows.flat_map(|row| (0..320).map(move |x| (x, row)))
+            .filter(|&(x, y)| picture.get_pixel(x, y).0[0] >= 250)
+            .count()
     };
     assert!(bright(0..horizon) > 100, "panels are seen: {}", bright(0..horizon));
     assert_eq!(bright(horizon + 20..240), 0);
-    assert!(moment.labels(&place, 0..320).iter().all(|&label| label + 1 >= horizon), "walls end at the floor");
+    assert!(
+        moment.labels(&place, 0..320).iter().all(|&label| label + 1 >= horizon),
+        "walls end at the floor"
+    );
 }
 
 #[test]
@@ -275,7 +282,8 @@ fn runs_start_in_different_places() {
             assert!(moment.range(a.x, a.y, a.heading, 9.0) > 1.2);
             assert!(starts[..i].iter().all(|b| (a.x - b.x).hypot(a.y - b.y) > 0.45), "{i}");
         }
-        let spread = starts.iter().map(|a| a.x).fold(0.0, f64::max) - starts.iter().map(|a| a.x).fold(99.0, f64::min);
+        let spread =
+            starts.iter().map(|a| a.x).fold(0.0, f64::max) - starts.iter().map(|a| a.x).fold(99.0, f64::min);
         assert!(spread > 10.0, "{spread}");
     }
 }

@@ -97,16 +97,21 @@ impl<'a> Lamps<'a> {
         let half = (region.x.1 - region.x.0).max(region.y.1 - region.y.0);
         // the furthest point of a panel that is tried
         let along = |light: &Light| TRIED * light.width.max(light.depth);
-        let near = all.iter().filter(|light| away(light).sqrt() < REACH + half + along(light)).map(|&light| {
-            let x =
-                (region.x.0.min(light.x - light.width / 2.0), region.x.1.max(light.x + light.width / 2.0));
-            let y =
-                (region.y.0.min(light.y - light.depth / 2.0), region.y.1.max(light.y + light.depth / 2.0));
-            let touches = |b: &Bounds| b.x.0 <= x.1 && b.x.1 >= x.0 && b.y.0 <= y.1 && b.y.1 >= y.0;
-            let walls = (0..space.walls.len()).map(Object::Wall);
-            let objects = walls.chain((0..space.parts.len()).map(Object::Part));
-            (light, objects.filter(|&object| touches(&space.bounds(object, &[]))).collect())
-        });
+        let near =
+            all.iter().filter(|light| away(light).sqrt() < REACH + half + along(light)).map(|&light| {
+                let x = (
+                    region.x.0.min(light.x - light.width / 2.0),
+                    region.x.1.max(light.x + light.width / 2.0),
+                );
+                let y = (
+                    region.y.0.min(light.y - light.depth / 2.0),
+                    region.y.1.max(light.y + light.depth / 2.0),
+                );
+                let touches = |b: &Bounds| b.x.0 <= x.1 && b.x.1 >= x.0 && b.y.0 <= y.1 && b.y.1 >= y.0;
+                let walls = (0..space.walls.len()).map(Object::Wall);
+                let objects = walls.chain((0..space.parts.len()).map(Object::Part));
+                (light, objects.filter(|&object| touches(&space.bounds(object, &[]))).collect())
+            });
         let near = near.collect();
         Lamps { space, ceiling: plan.ceiling, near, all }
     }
@@ -154,12 +159,17 @@ impl LightMap {
             let (x, y) = ((b.x.0 + b.x.1) / 2.0, (b.y.0 + b.y.1) / 2.0);
             let mut lamps = Lamps::new(space, plan, Room { x: (x, x), y: (y, y) });
             // one point stands for the whole top: what the thing itself puts on its middle does not darken all of it
-            let own = |object: &Object| matches!(*object, Object::Part(k) if space.items[k] == space.items[i]);
+            let own =
+                |object: &Object| matches!(*object, Object::Part(k) if space.items[k] == space.items[i]);
             lamps.near.iter_mut().for_each(|(_, objects)| objects.retain(|object| !own(object)));
             let below = plan.ceiling - 0.05;
             lamps.irradiance(Vec3::new(x, y, part.high.min(below)), Vec3::new(0.0, 0.0, 1.0)) as f32
         };
-        LightMap { floor: floor(space, plan), walls, tops: space.parts.par_iter().enumerate().map(top).collect() }
+        LightMap {
+            floor: floor(space, plan),
+            walls,
+            tops: space.parts.par_iter().enumerate().map(top).collect(),
+        }
     }
 }
 

@@ -1,13 +1,13 @@
 //! One look: which objects each part of the picture can meet, what its rays meet, and the light they bring.
 
-use super::{Moment, Office, Place};
+use super::light::AMBIENT;
 use super::part::{Beam, Part, Pattern, Thing};
 use super::people::Standing;
-use super::light::AMBIENT;
 use super::plan::{Light, OpeningKind};
 use super::rig::{Eye, Rig};
 use super::shadow::OwnShadow;
 use super::space::{Leaf, Object};
+use super::{Moment, Office, Place};
 use crate::world::geometry::{Vec3, Wall};
 
 /// Pixels between the points at which the robot's shadow is computed.
@@ -104,18 +104,14 @@ impl<'a> Sight<'a> {
 
     /// The first row from below whose ray meets something other than the floor, 0 if there is none.
     pub(super) fn label(&self, column: u32) -> u32 {
-        let is_floor = |&row: &usize| {
-            self.meet(column as usize, row).is_floor()
-        };
+        let is_floor = |&row: &usize| self.meet(column as usize, row).is_floor();
         (0..self.office.rig.height).rev().find(|row| !is_floor(row)).unwrap_or(0) as u32
     }
 
     /// Whether each pixel's ray meets the floor first.
     pub(super) fn floor(&self) -> Vec<bool> {
         let (width, height) = (self.office.rig.width, self.office.rig.height);
-        let is_floor = |k: usize| {
-            self.meet(k % width, k / width).is_floor()
-        };
+        let is_floor = |k: usize| self.meet(k % width, k / width).is_floor();
         (0..width * height).map(is_floor).collect()
     }
 

@@ -71,9 +71,11 @@ impl Space {
                 });
             }
         }
-        let of_items = plan.items.iter().enumerate().flat_map(|(i, item)| {
-            item.parts().into_iter().map(move |part| (part, i))
-        });
+        let of_items = plan
+            .items
+            .iter()
+            .enumerate()
+            .flat_map(|(i, item)| item.parts().into_iter().map(move |part| (part, i)));
         let (parts, items): (Vec<Part>, Vec<usize>) = of_items.unzip();
         let solids = parts.iter().filter(|part| part.low < BODY_HEIGHT);
         let solids = solids.map(|p| Solid { outline: p.outline, height: p.high.min(plan.ceiling) }).collect();

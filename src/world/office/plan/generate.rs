@@ -5,8 +5,8 @@ use super::furnish::{self, Hall};
 use super::{Item, Light, Opening, OpeningKind, Person, Plan, Stripe};
 use crate::world::geometry::Room;
 use crate::world::noise::Stream;
-use crate::world::outline::outline;
 use crate::world::office::BODY_HEIGHT;
+use crate::world::outline::outline;
 
 /// Distance of ceiling lights along a hallway, in metres.
 const LIGHTS_APART: f64 = 3.1;
