@@ -83,6 +83,23 @@ pub(crate) struct Recorded {
     frames: Option<usize>,
 }
 
+impl Recorded {
+    fn check(&self) -> Result<(), String> {
+        if self.validation_building == self.holdout_building {
+            return Err(format!(
+                "`validation_building` and `holdout_building` of `world` are both {}; choose two buildings",
+                self.holdout_building
+            ));
+        }
+        match self.frames {
+            Some(frames) if !(1..=10_000).contains(&frames) => {
+                Err(format!("`frames` of `world` is {frames}; choose 1 to 10000"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 fn validation_office() -> u64 {
     1
 }
@@ -153,7 +170,11 @@ impl Source {
 
     /// Whether what a file says of the parts goes together, as the flags that say the same have to.
     pub(crate) fn check(&self) -> Result<(), String> {
-        let Source::Folder(f) = self else { return Ok(()) };
+        let f = match self {
+            Source::Folder(f) => f,
+            Source::World(world) => return world.check(),
+            Source::Synthetic(_) => return Ok(()),
+        };
         let parts = [
             ("holdout", [f.holdout.is_some(), f.holdout_match.is_some(), f.holdout_part.is_some()]),
             (

@@ -1,8 +1,12 @@
 //! `vsonar synth`: the recordings of synthetic offices as data folders.
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
-use vsonar::world::office::World;
+use vsonar::camera::Camera;
+use vsonar::dataset::Dataset;
+use vsonar::world::office::{Office, Plan, Setup, World, record};
 
 use super::CliError;
 use super::output::{self, count, shell_word};
@@ -15,6 +19,8 @@ Examples:
       another building of the kind
   vsonar synth --world nsh --seed 3 --changed --out changed
       other things and another camera in another building
+  vsonar synth --plan attic.plan --camera camera.toml --out attic
+      a building of your own: its lines are explained at `Plan` in the library's documentation
 
 nsh has people in its hallways, and a wide stripe of other carpet. In fmrb the lights are burned out along part of a
 hallway. combined has every other image of both. The images are in the order in which they were taken.";
@@ -24,12 +30,20 @@ hallway. combined has every other image of both. The images are in the order in 
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// Which office: nsh, fmrb, or combined for every other image of both
-    #[arg(long, value_name = "NAME")]
-    world: World,
+    #[arg(long, value_name = "NAME", required_unless_present = "plan")]
+    world: Option<World>,
+    /// A building of your own instead, from this file
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["world", "changed"])]
+    plan: Option<PathBuf>,
+    /// The camera that looks at it, as written by `vsonar calibrate` [default: 0.8 m high, 51 degrees down, 90 degrees
+    /// wide]
+    #[arg(long, value_name = "FILE", requires = "plan", conflicts_with = "world")]
+    camera: Option<PathBuf>,
     /// The new folder; one that exists is left alone
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Another building of the kind; each seed is another one [default: the building trained on; with --changed 1]
+    /// Another building of the kind; each seed is another one [default: the building trained on; with --changed 1];
+    /// with --plan another drive through it [default: 1]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Another building with plants, suitcases, cones and open drawers, which are nowhere else, seen by a camera of
@@ -37,7 +51,7 @@ pub(crate) struct Args {
     #[arg(long)]
     changed: bool,
     /// How many images; of combined, how many of each building before every other one is taken [default: 69 of nsh,
-    /// 71 of fmrb]
+    /// 71 of fmrb, 70 with --plan]
     #[arg(long, value_name = "N")]
     frames: Option<usize>,
 }
@@ -49,7 +63,11 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         let text = format!("{}: exists already and is never overwritten; choose another name", dir.display());
         return Err(CliError::Failed(text));
     }
-    let set = args.world.recorded(args.seed, args.changed, args.frames)?;
+    let set = match (args.world, &args.plan) {
+        (Some(world), _) => world.recorded(args.seed, args.changed, args.frames)?,
+        (None, Some(plan)) => planned(plan, &args)?,
+        (None, None) => return Err(CliError::Usage("give --world or --plan".to_string())),
+    };
     set.save(dir)?;
     output::print(&format!(
         "{}: {} of {} x {} pixels, {}\nNext: vsonar evolve --data {}\n",
@@ -60,4 +78,36 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         count(set.cases().len() as u64, "case"),
         shell_word(dir)
     ))
+}
+
+/// The longest plan, in bytes; the library refuses what is longer, so one more is read.
+const LONGEST: u64 = 1 << 20;
+/// Images of a building of one's own.
+const FRAMES: usize = 70;
+
+/// What is recorded in the building of a file.
+fn planned(path: &Path, args: &Args) -> Result<Dataset, CliError> {
+    let mut text = String::new();
+    File::open(path)
+        .and_then(|file| file.take(LONGEST + 1).read_to_string(&mut text))
+        .map_err(|e| CliError::file(path, "read the plan", &e))?;
+    let plan: Plan = text.parse().map_err(|e| CliError::Failed(located(path, &format!("{e}"))))?;
+    let mut setup = Setup::default();
+    if let Some(path) = &args.camera {
+        let camera = Camera::load(path)?;
+        let checked = camera.check(setup.width, setup.height);
+        checked.map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?;
+        setup = setup.seen_by(&camera);
+    }
+    let office = Office::build(&plan, &setup, 0)?;
+    Ok(record(&office, "plan", args.frames.unwrap_or(FRAMES), args.seed.unwrap_or(1))?)
+}
+
+/// `FILE:3: ...` for what begins with `line 3: `, as compilers have it.
+fn located(path: &Path, error: &str) -> String {
+    let path = path.display();
+    match error.strip_prefix("line ").and_then(|rest| rest.split_once(": ")) {
+        Some((line, rest)) => format!("{path}:{line}: {rest}"),
+        None => format!("{path}: {error}"),
+    }
 }

@@ -10,7 +10,7 @@ use super::robot::{Body, Robot, add};
 use super::source::{RangeSource, Rows, Sight};
 use super::wander::{self, Wander};
 use crate::detector::{DetectError, Motion};
-use crate::world::office::{CAMERA_AHEAD, FRAME_RATE, Nearest, Office, Place, Thing};
+use crate::world::office::{CAMERA_AHEAD, FRAME_RATE, Moment, Nearest, Office, Place, Thing};
 
 /// Steps of the wheels between two frames: 50 a second.
 const STEPS: u32 = 5;
@@ -148,6 +148,7 @@ pub fn drive(
         ..settings.wander
     });
     let mut grabber = office.grabber(number);
+    let mut crowd = office.crowd();
     let mut odometer = Odometer::new(robot.place());
     let mut counter = Counter::default();
     let mut motion: Option<Motion> = None;
@@ -159,7 +160,7 @@ pub fn drive(
             return Ok(None);
         }
         let time = frame as f64 / FRAME_RATE;
-        let (moment, place) = (office.at(time), robot.place());
+        let (moment, place) = (crowd.moment(), robot.place());
         let picture = (source.sees() || settings.pictures).then(|| grabber.take(&moment, &place));
         let picture = picture.as_ref();
         source.readings(&Sight { moment: &moment, place: &place, picture, motion }, &mut readings)?;
@@ -169,8 +170,8 @@ pub fn drive(
         watch(&Frame { number: frame, place, picture, rows: source.rows(), metres: odometer.metres })?;
         let command = wander.steer(&readings, motion.unwrap_or_default(), 1.0 / FRAME_RATE);
         turning += u64::from(wander.is_turning());
-        odometer.frame(time, place);
-        let ended = |odometer: Odometer, end, hit, frames: u64| Run {
+        odometer.frame(time, place, moment);
+        let ended = |odometer: Odometer<'_>, end, hit, frames: u64| Run {
             number,
             end,
             hit,
@@ -191,7 +192,9 @@ pub fn drive(
             let motion = robot.step(command, part);
             moved = add(moved, motion);
             odometer.metres += motion.forward.abs();
-            let (now, place) = (office.at(time + f64::from(step) * part), robot.place());
+            let place = robot.place();
+            crowd.advance(time + f64::from(step) * part, Some(&place));
+            let now = crowd.moment();
             let radius = settings.body.radius;
             let nearest = now.nearest(place.x, place.y, radius);
             if let Some(thing) = nearest.thing.filter(|_| nearest.distance < radius) {
@@ -223,8 +226,7 @@ fn squares(path: &[(f64, f64)]) -> usize {
 }
 
 /// Whether what was touched was in the picture taken at a time from a place. Somebody is looked for where he was then.
-fn in_view(office: &Office, &(time, place): &(f64, Place), thing: Thing, touched: &Nearest) -> bool {
-    let moment = office.at(time);
+fn in_view(office: &Office, (moment, place): &(Moment<'_>, Place), thing: Thing, touched: &Nearest) -> bool {
     let (sin, cos) = libm::sincos(place.heading);
     let (x, y) = (place.x + cos * CAMERA_AHEAD, place.y + sin * CAMERA_AHEAD);
     let mut point = touched.point;
@@ -248,27 +250,27 @@ fn in_view(office: &Office, &(time, place): &(f64, Place), thing: Thing, touched
 }
 
 /// The way so far.
-struct Odometer {
+struct Odometer<'a> {
     metres: f64,
     path: Vec<(f64, f64)>,
-    /// Frames of the last second: time and place.
-    recent: VecDeque<(f64, Place)>,
+    /// Frames of the last second: the office as it was, and place.
+    recent: VecDeque<(Moment<'a>, Place)>,
     /// Where the robot was when it last left a circle, and when.
     left: (f64, Place),
     now: f64,
 }
 
-impl Odometer {
-    fn new(place: Place) -> Odometer {
+impl<'a> Odometer<'a> {
+    fn new(place: Place) -> Odometer<'a> {
         Odometer { metres: 0.0, path: Vec::new(), recent: VecDeque::new(), left: (0.0, place), now: 0.0 }
     }
 
-    fn frame(&mut self, time: f64, place: Place) {
+    fn frame(&mut self, time: f64, place: Place, moment: Moment<'a>) {
         self.now = time;
         if self.recent.len() == LOOK_BACK {
             self.recent.pop_front();
         }
-        self.recent.push_back((time, place));
+        self.recent.push_back((moment, place));
         if ((time * FRAME_RATE).round() as u64).is_multiple_of(5) {
             self.path.push((place.x, place.y));
         }
@@ -382,7 +384,7 @@ mod tests {
         let distance = moment.range(lens.0, lens.1, facing.heading, 20.0);
         let seen = |point, place| {
             let nearest = Nearest { distance: 0.24, thing: Some(Thing::Wall), point };
-            in_view(&office, &(0.0, place), Thing::Wall, &nearest)
+            in_view(&office, &(moment.clone(), place), Thing::Wall, &nearest)
         };
         let at = |distance: f64| (lens.0 + cos * distance, lens.1 + sin * distance);
         assert!(seen(at(distance), facing));

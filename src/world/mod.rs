@@ -6,6 +6,9 @@
 //! than the floor. The result is an ordinary [`Dataset`], and a pure function of settings and seed: integer
 //! hashes for noise, `libm` and IEEE basic arithmetic for the rest, no matter how many threads.
 //!
+//! [`office`] has whole buildings with people in them, in which robots drive: the worlds that `vsonar evolve` takes by
+//! name.
+//!
 //! The parts: [`geometry`] (what rays meet), [`building`] (which of it stands where), [`light`], [`texture`],
 //! [`camera`], [`render`] (from ray to gray value), [`noise`].
 //!

@@ -24,6 +24,43 @@ fn a_recording_is_an_ordinary_folder() {
 }
 
 #[test]
+fn a_building_of_ones_own() {
+    let place = Place::new();
+    place.write("own.plan", "plan 1\nroom 0 12 -1.2 1.2\nbin 6 0.9 0.3 0.3 0.5 0.12\nlight 6 0 1.2 0.3 1\n");
+    place.write(
+        "camera.toml",
+        "[camera]\nheight = 0.7\npitch = 45.0\nfield_of_view = 80.0\ndistortion = 0.0\n",
+    );
+    let synth = |name: &'static str, more: &[&'static str]| {
+        let args = [&["synth", "--plan", "own.plan", "--frames", "2", "--out", name], more].concat();
+        assert!(place.ok(&args).contains("2 images"));
+        Dataset::load(place.path(name)).expect("sound").fingerprint()
+    };
+    let own = synth("own", &[]);
+    assert_eq!(own, synth("again", &["--seed", "1"]));
+    assert_ne!(own, synth("another camera", &["--camera", "camera.toml"]));
+    place.write("bad.plan", "plan 1\nroom 0 12 -1.2 1.2\nbin 6 0.9 tall\n");
+    let bad = place.fails(1, &["synth", "--plan", "bad.plan", "--out", "new"]);
+    assert!(bad.contains("bad.plan:3: `bin` has 3 numbers"), "{bad}");
+    place.write("none.plan", "plan 1\n");
+    assert!(
+        place
+            .fails(1, &["synth", "--plan", "none.plan", "--out", "new"])
+            .contains("none.plan: there is no `room`")
+    );
+    assert!(place.fails(1, &["synth", "--plan", "not there", "--out", "new"]).contains("not there"));
+    for more in [["--world", "nsh"], ["--changed", "--frames=1"]] {
+        let args = [&["synth", "--plan", "own.plan", "--out", "new"], &more[..]].concat();
+        assert!(place.fails(2, &args).contains("cannot be used with"));
+    }
+    assert!(
+        place
+            .fails(2, &["synth", "--world", "nsh", "--camera", "camera.toml", "--out", "new"])
+            .contains("--plan")
+    );
+}
+
+#[test]
 fn faults_name_a_remedy() {
     let place = Place::new();
     let synth = |more: &[&'static str]| [&["synth", "--out", "new"], more].concat();
@@ -45,6 +82,16 @@ fn faults_name_a_remedy() {
         // the file that is not there keeps a flag that slips through from starting a run
         let complaint = place.fails(2, &["evolve", "--world", "nsh", flag, value, "--settings", "none.toml"]);
         assert!(complaint.contains("cannot be used with") && complaint.contains(flag), "{complaint}");
+    }
+    for (text, parts) in [
+        ("validation_building = 4\nholdout_building = 4", ["bad.toml", "both 4"]),
+        ("holdout_building = 1", ["bad.toml", "both 1"]),
+        ("frames = 0", ["`frames`", "choose 1 to 10000"]),
+        ("frames = 10001", ["bad.toml", "`frames`"]),
+    ] {
+        place.write("bad.toml", format!("[data.world]\nname = \"fmrb\"\n{text}\n"));
+        let complaint = place.fails(1, &["evolve", "--settings", "bad.toml"]);
+        assert!(parts.iter().all(|part| complaint.contains(part)), "{complaint}");
     }
     place.write("mars.toml", "[data.world]\nname = \"mars\"\n");
     let complaint = place.fails(1, &["evolve", "--settings", "mars.toml"]);

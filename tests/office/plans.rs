@@ -17,6 +17,7 @@ fn faults_name_their_line_and_a_remedy() {
         ("bin 1 0 0.3 0.3 tall 0.1", ["line 3", "height", "`tall`"]),
         ("bin 1 0 0.3 0.3 99 0.1", ["line 3", "height is 99", "0.05 to 5"]),
         ("bin 1 nan 0.3 0.3 0.4 0.1", ["line 3", "y is NaN", "choose"]),
+        ("chair 1 0 0.4 0.4 0.3 0.1", ["line 3", "height is 0.3", "0.35 to 5"]),
         ("room 3 2 0 1", ["line 3", "empty", "less than"]),
         ("\nwall 0.5 0.1\nwall 0.5 0.1", ["line 5", "`wall`", "take one"]),
         ("door 5 0 0.9 0.2", ["line 3", "no wall", "(5, 0)"]),
@@ -65,14 +66,14 @@ fn place() -> impl Strategy<Value = (f64, f64)> {
 
 fn plan() -> impl Strategy<Value = Plan> {
     let kinds = [ItemKind::Box, ItemKind::Chair, ItemKind::Table, ItemKind::Drawer, ItemKind::Cone];
-    let item = (0..kinds.len(), place(), 0.05..20.0, 0.05..5.0, 0.01..0.95, -360.0..360.0).prop_map(
+    let item = (0..kinds.len(), place(), 0.05..20.0, 0.05..4.65, 0.01..0.95, -360.0..360.0).prop_map(
         move |(kind, (x, y), width, height, albedo, turn)| Item {
             kind: kinds[kind],
             x,
             y,
             width,
             depth: width,
-            height,
+            height: if kinds[kind] == ItemKind::Chair { height + 0.35 } else { height },
             albedo,
             turn,
         },

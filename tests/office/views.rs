@@ -96,7 +96,7 @@ fn the_lens_bends_labels_as_the_camera_says() {
 fn masks_and_labels_say_the_same() {
     let office = Office::preset(Kind::Nsh);
     for shot in drive(&office, 12, 4) {
-        let moment = office.at(shot.seconds);
+        let moment = shot.moment(&office);
         let floor = moment.floor(&shot.place);
         for column in (0..320).step_by(29) {
             let blocked = |row: &u32| !floor[(row * 320 + column) as usize];
@@ -200,5 +200,90 @@ fn bad_settings_are_errors() {
         let off = varied.camera.pitch - 51.0;
         assert!((2.0..=4.0).contains(&off.abs()) && (varied.camera.height - 0.8).abs() <= 0.04);
         assert!((0.7..=1.3).contains(&(varied.exposure / Setup::default().exposure)));
+    }
+}
+
+#[test]
+fn a_turning_robots_labels_are_those_of_its_picture() {
+    // dark floor and light walls, so that the picture itself tells what is floor
+    let plan: Plan = "plan 1\ncarpet 0.01 0\nwall 0.95 0\nskirting 0.95 0.1\nroom 0 6 -1.5 1.5\n\
+                      box 2 0.8 0.6 0.4 0.5 0.95\nlight 1.5 0 1.2 0.3 1\nlight 4.5 0 1.2 0.3 1\n"
+        .parse()
+        .unwrap();
+    let setup = Setup { noise: 0.0, interlace: 0.0, softness: 0.0, digitizer: false, ..Setup::default() };
+    // what the lines' brightness is must not matter: it is the default that interlaces
+    let interlaced = Setup { interlace: Setup::default().interlace, ..setup.clone() };
+    let mut tried = 0;
+    for setup in [setup, interlaced] {
+        let office = Office::build(&plan, &setup, 1).unwrap();
+        let mut grabber = office.grabber(1);
+        for frame in 0..30 {
+            let time = f64::from(frame) * 0.1;
+            let place = Place { x: 3.0 + 0.05 * time, y: 0.0, heading: 0.9 * time };
+            let moment = office.at(time);
+            let picture = grabber.take(&moment, &place);
+            let floor = moment.floor(&place);
+            for column in (3..320).step_by(29) {
+                let label = moment.label(&place, column);
+                let value = |row: u32| u32::from(picture.get_pixel(column, row).0[0]);
+                let below: Vec<u32> = (label + 1..240).map(value).collect();
+                assert!((label + 1..240).all(|row| floor[(row * 320 + column) as usize]));
+                if (1..239).contains(&label) {
+                    tried += 1;
+                    let most = below.iter().copied().max().unwrap_or(0);
+                    assert!(value(label) > 2 * value(label + 1), "{frame} {column} {label}");
+                    assert!(2 * most < 3 * value(label), "{frame} {column} {label}: {most}");
+                }
+            }
+        }
+    }
+    assert!(tried > 300, "{tried}");
+}
+
+#[test]
+fn above_the_horizon_is_no_carpet() {
+    // black carpet and walls without lights, under a ceiling with some
+    let plan: Plan =
+        "plan 1\ncarpet 0.01 0\nroom 0 40 -3 3\nroom 39 40 -9 9\nlight 4 0 1.2 0.6 1\nlight 8 0 1.2 0.6 1\n\
+                      light 12 0 1.2 0.6 1\n"
+            .parse()
+            .unwrap();
+    let camera = Camera { pitch: 10.0, ..Setup::default().camera };
+    let setup = Setup { camera, noise: 0.0, interlace: 0.0, ..Setup::default() };
+    let office = Office::build(&plan, &setup, 1).unwrap();
+    let (moment, place) = (office.at(0.0), Place { x: 1.0, y: 0.0, heading: 0.0 });
+    let floor = moment.floor(&place);
+    let picture = office.grabber(1).take(&moment, &place);
+    let horizon =
+        (0..240).find(|&row| office.camera().floor((320, 240), 160.0, f64::from(row)).is_some()).unwrap();
+    assert!((60..110).contains(&horizon), "{horizon}");
+    assert!(floor[..horizon as usize * 320 - 10 * 320].iter().all(|floor| !floor));
+    assert!(floor[200 * 320..].iter().all(|floor| *floor));
+    let bright = |rows: std::ops::Range<u32>| {
+        rows.flat_map(|row| (0..320).map(move |x| (x, row)))
+            .filter(|&(x, y)| picture.get_pixel(x, y).0[0] >= 250)
+            .count()
+    };
+    assert!(bright(0..horizon) > 100, "panels are seen: {}", bright(0..horizon));
+    assert_eq!(bright(horizon + 20..240), 0);
+    assert!(
+        moment.labels(&place, 0..320).iter().all(|&label| label + 1 >= horizon),
+        "walls end at the floor"
+    );
+}
+
+#[test]
+fn runs_start_in_different_places() {
+    for office in [Office::preset(Kind::Fmrb), Office::preset(Kind::Nsh), Office::new(Kind::Nsh, 3)] {
+        let starts: Vec<Place> = (0..16).map(|run| office.start(run)).collect();
+        for (i, a) in starts.iter().enumerate() {
+            let moment = office.at(0.0);
+            assert!(moment.nearest(a.x, a.y, 1.0).distance > 0.5);
+            assert!(moment.range(a.x, a.y, a.heading, 9.0) > 1.2);
+            assert!(starts[..i].iter().all(|b| (a.x - b.x).hypot(a.y - b.y) > 0.45), "{i}");
+        }
+        let spread =
+            starts.iter().map(|a| a.x).fold(0.0, f64::max) - starts.iter().map(|a| a.x).fold(99.0, f64::min);
+        assert!(spread > 10.0, "{spread}");
     }
 }

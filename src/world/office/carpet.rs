@@ -57,16 +57,18 @@ impl Carpet {
         libm::log2((pixel / f64::from(TEXEL)).max(1.0))
     }
 
-    /// Its factor at a place, in metres from a corner of the building (so not far below 0).
+    /// Its factor at a place, in metres from any point: it repeats on all sides.
     #[inline]
     pub(super) fn at(&self, x: f32, y: f32, level: u8) -> f32 {
         let level = usize::from(level).min(self.levels.len() - 1);
         let (tile, bits) = (&self.levels[level], SIDE.trailing_zeros() as usize - level);
         let mask = (1usize << bits) - 1;
         let scale = (1 << bits) as f32 / (SIDE as f32 * TEXEL);
-        // an offset keeps it positive, so that truncation rounds down
-        let (u, v) = (x * scale + 1024.0, y * scale + 1024.0);
-        let (i, j) = (u as i32, v as i32);
+        // beyond a million texels one is as good as another; what is no number becomes one
+        let near = |u: f32| u.max(-1e6).min(1e6);
+        let floor = |u: f32| u as i32 - i32::from(u < (u as i32) as f32);
+        let (u, v) = (near(x * scale), near(y * scale));
+        let (i, j) = (floor(u), floor(v));
         let (u, v) = (u - i as f32, v - j as f32);
         let (i, j) = (i as usize, j as usize);
         let (i0, i1, j0, j1) = (i & mask, (i + 1) & mask, j & mask, (j + 1) & mask);
@@ -96,6 +98,15 @@ mod tests {
             values.iter().map(|v| (v - 1.0) * (v - 1.0)).sum::<f32>()
         };
         assert!(spread(0) > 4.0 * spread(3) && spread(8) < 1e-6, "{} {}", spread(0), spread(3));
+        // on the other side of 0 too, and without a step there
+        for k in 0..50 {
+            let (x, y) = (-0.031 * k as f32, 0.3 - 0.017 * k as f32);
+            assert!((carpet.at(x, y, 0) - carpet.at(x + 4.0 * period, y + 4.0 * period, 0)).abs() < 0.02);
+            assert!((carpet.at(-1e-6, y, 0) - carpet.at(1e-6, y, 0)).abs() < 0.01);
+        }
+        for far in [-1e30, 1e30, f32::INFINITY, f32::NAN] {
+            assert!((0.0..5.0).contains(&carpet.at(far, -far, 1)), "{far}");
+        }
         assert!(Carpet::level(0.001) == 0.0 && (Carpet::level(0.008) - 1.0).abs() < 1e-6);
     }
 }

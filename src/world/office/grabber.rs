@@ -2,27 +2,27 @@
 
 use image::GrayImage;
 
-use super::rig::Eye;
 use super::sight::Sight;
 use super::{Moment, Office, Place};
 use crate::world::noise::{Stream, hash, normal};
 
-/// Seconds between the two fields of an interlaced frame.
-const FIELDS: f64 = 1.0 / 60.0;
 /// Pixels between those that the exposure meter looks at.
 const METER: usize = 16;
 /// Deviates in the table of noise: a power of two, well above the width of a line.
 const NOISE: usize = 1 << 14;
 
-/// The robot's camera and frame grabber. It remembers its exposure and where it was, so that one sequence has one
-/// grabber.
+/// The robot's camera and frame grabber. It remembers its exposure, so that one sequence has one grabber.
+///
+/// The two fields of an interlaced frame differ in brightness only: both are taken from one place, so that the labels
+/// are those of the picture.
 #[derive(Debug, Clone)]
 pub struct Grabber {
     seed: u64,
     frame: u64,
     /// The exposure's factor, as it was adapted last.
     gain: Option<f64>,
-    last: Option<(f64, Place)>,
+    /// Seconds since the office's beginning at the last frame.
+    last: Option<f64>,
     noise: Vec<f32>,
 }
 
@@ -30,7 +30,7 @@ pub struct Grabber {
 #[derive(Debug, Clone)]
 pub(super) struct Exposure {
     seconds: f64,
-    eyes: [Eye; 2],
+    place: Place,
     gain: f64,
     /// Seed of the frame's noise.
     seed: u64,
@@ -56,51 +56,27 @@ impl Grabber {
 
     /// The exposure of this frame, which the frames before it decide; and that of the next.
     pub(super) fn expose(&mut self, moment: &Moment<'_>, place: &Place) -> Exposure {
-        let office = moment.office;
-        let setup = &office.setup;
-        let eyes = [office.eye(place, moment), self.first_field(moment, place)];
-        let meter = f64::from(Sight::new(office, [eyes[0]; 2], &moment.people).meter(METER));
+        let setup = &moment.office.setup;
+        let meter = f64::from(Sight::new(moment, place).meter(METER));
         // the gain at which the mean gray value is what it should be
         let wanted = setup.target / (255.0 * meter.max(1e-6));
         let wanted = (wanted * wanted / setup.exposure.max(1e-9)).clamp(1.0 / setup.range, setup.range);
         let gain = self.gain.unwrap_or(wanted);
-        let passed = self.last.map_or(0.0, |(seconds, _)| (moment.seconds - seconds).max(0.0));
+        let passed = self.last.map_or(0.0, |seconds| (moment.seconds - seconds).max(0.0));
         let share = if setup.delay > 0.0 { 1.0 - libm::exp(-passed / setup.delay) } else { 1.0 };
         // in proportion, as an iris works
         self.gain = Some(gain * libm::pow(wanted / gain, share));
-        self.last = Some((moment.seconds, *place));
+        self.last = Some(moment.seconds);
         self.frame += 1;
         let seed = hash(self.seed, self.frame as i64, -1);
-        Exposure { seconds: moment.seconds, eyes, gain, seed }
-    }
-
-    /// Where the camera was when it took the odd lines.
-    fn first_field(&self, moment: &Moment<'_>, place: &Place) -> Eye {
-        let office = moment.office;
-        let Some((seconds, last)) = self.last.filter(|_| office.setup.interlace > 0.0) else {
-            return office.eye(place, moment);
-        };
-        let passed = moment.seconds - seconds;
-        if !(0.01..=0.5).contains(&passed) {
-            return office.eye(place, moment);
-        }
-        let part = FIELDS / passed;
-        let turn = std::f64::consts::TAU;
-        let turned = place.heading - last.heading;
-        let turned = turned - turn * (turned / turn).round();
-        let before = Place {
-            x: place.x + (last.x - place.x) * part,
-            y: place.y + (last.y - place.y) * part,
-            heading: place.heading - turned * part,
-        };
-        office.eye(&before, moment)
+        Exposure { seconds: moment.seconds, place: *place, gain, seed }
     }
 
     /// The picture of an exposure.
     pub(super) fn develop(&self, moment: &Moment<'_>, exposure: &Exposure) -> GrayImage {
         debug_assert_eq!(moment.seconds, exposure.seconds);
         let office: &Office = moment.office;
-        let light = Sight::new(office, exposure.eyes, &moment.people).picture();
+        let light = Sight::new(moment, &exposure.place).picture();
         let (width, height) = office.size();
         let light = soften(&light, width as usize, height as usize, office.setup.softness as f32);
         let values = self.digitize(office, exposure, &light);

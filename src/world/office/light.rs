@@ -15,13 +15,15 @@ use crate::world::noise::{smooth, white};
 /// Luminous intensity of a panel of power 1: with one every 3.1 m at 2.6 m the floor gets about 1.
 const INTENSITY: f64 = 4.6;
 /// What comes from everywhere: below it no place is.
-const AMBIENT: f64 = 0.016;
+pub(super) const AMBIENT: f64 = 0.022;
 /// What a panel gives to everything just below it by way of walls and floor.
 const SCATTERED: f64 = 0.12;
 /// Panels further away than this, in metres, are left out.
 const REACH: f64 = 7.0;
 /// So many of the nearest panels count for a place at most.
 const PANELS: usize = 16;
+/// Where on a panel light comes from, besides its middle: so far from there, as a share of its length.
+const TRIED: f64 = 0.35;
 /// Distance of texels on the floor, and on walls along and up, in metres.
 const FLOOR_CELL: f64 = 0.05;
 const WALL_CELL: (f64, f64) = (0.1, 0.25);
@@ -93,16 +95,23 @@ impl<'a> Lamps<'a> {
         all.sort_by(|a, b| away(a).total_cmp(&away(b)));
         all.truncate(PANELS);
         let half = (region.x.1 - region.x.0).max(region.y.1 - region.y.0);
-        let near = all.iter().filter(|light| away(light).sqrt() < REACH + half).map(|&light| {
-            let x =
-                (region.x.0.min(light.x - light.width / 2.0), region.x.1.max(light.x + light.width / 2.0));
-            let y =
-                (region.y.0.min(light.y - light.depth / 2.0), region.y.1.max(light.y + light.depth / 2.0));
-            let touches = |b: &Bounds| b.x.0 <= x.1 && b.x.1 >= x.0 && b.y.0 <= y.1 && b.y.1 >= y.0;
-            let walls = (0..space.walls.len()).map(Object::Wall);
-            let objects = walls.chain((0..space.parts.len()).map(Object::Part));
-            (light, objects.filter(|&object| touches(&space.bounds(object, &[]))).collect())
-        });
+        // the furthest point of a panel that is tried
+        let along = |light: &Light| TRIED * light.width.max(light.depth);
+        let near =
+            all.iter().filter(|light| away(light).sqrt() < REACH + half + along(light)).map(|&light| {
+                let x = (
+                    region.x.0.min(light.x - light.width / 2.0),
+                    region.x.1.max(light.x + light.width / 2.0),
+                );
+                let y = (
+                    region.y.0.min(light.y - light.depth / 2.0),
+                    region.y.1.max(light.y + light.depth / 2.0),
+                );
+                let touches = |b: &Bounds| b.x.0 <= x.1 && b.x.1 >= x.0 && b.y.0 <= y.1 && b.y.1 >= y.0;
+                let walls = (0..space.walls.len()).map(Object::Wall);
+                let objects = walls.chain((0..space.parts.len()).map(Object::Part));
+                (light, objects.filter(|&object| touches(&space.bounds(object, &[]))).collect())
+            });
         let near = near.collect();
         Lamps { space, ceiling: plan.ceiling, near, all }
     }
@@ -117,7 +126,7 @@ impl<'a> Lamps<'a> {
         }
         let start = point + normal * 1e-3;
         for (light, objects) in &self.near {
-            for step in [-0.35, 0.0, 0.35] {
+            for step in [-TRIED, 0.0, TRIED] {
                 let along = if light.width > light.depth {
                     (step * light.width, 0.0)
                 } else {
@@ -145,14 +154,22 @@ impl<'a> Lamps<'a> {
 impl LightMap {
     pub(super) fn new(space: &Space, plan: &Plan) -> LightMap {
         let walls = (0..space.walls.len()).into_par_iter().map(|i| wall(space, plan, i)).collect();
-        let top = |part: &super::part::Part| {
+        let top = |(i, part): (usize, &super::part::Part)| {
             let b = part.bounds();
             let (x, y) = ((b.x.0 + b.x.1) / 2.0, (b.y.0 + b.y.1) / 2.0);
-            let lamps = Lamps::new(space, plan, Room { x: (x, x), y: (y, y) });
+            let mut lamps = Lamps::new(space, plan, Room { x: (x, x), y: (y, y) });
+            // one point stands for the whole top: what the thing itself puts on its middle does not darken all of it
+            let own =
+                |object: &Object| matches!(*object, Object::Part(k) if space.items[k] == space.items[i]);
+            lamps.near.iter_mut().for_each(|(_, objects)| objects.retain(|object| !own(object)));
             let below = plan.ceiling - 0.05;
             lamps.irradiance(Vec3::new(x, y, part.high.min(below)), Vec3::new(0.0, 0.0, 1.0)) as f32
         };
-        LightMap { floor: floor(space, plan), walls, tops: space.parts.par_iter().map(top).collect() }
+        LightMap {
+            floor: floor(space, plan),
+            walls,
+            tops: space.parts.par_iter().enumerate().map(top).collect(),
+        }
     }
 }
 

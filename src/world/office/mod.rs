@@ -48,6 +48,7 @@ mod wander;
 
 pub use grabber::Grabber;
 pub use part::{Part, Thing};
+pub use people::Crowd;
 pub use plan::{Item, ItemKind, Light, Opening, OpeningKind, Person, Plan, PlanError, Start, Stripe};
 pub use record::{ParseWorldError, Shot, World, drive, record};
 pub use setup::Setup;
@@ -59,6 +60,10 @@ pub const FRAME_RATE: f64 = 10.0;
 pub const CAMERA_AHEAD: f64 = 0.28;
 /// How near to what blocks its way the camera comes, in metres.
 const BUMPER: f64 = 0.01;
+/// Radius of the robot's body, in metres.
+const BODY: f64 = 0.24;
+/// Light on the floor below which no run starts while there are other places: a quarter of what is usual.
+const DARK: f32 = 0.25;
 
 /// Which of the two buildings of Martin (2006), or another of their kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -223,13 +228,13 @@ impl Office {
         let panels = plan.lights.iter().filter(|light| light.power > 0.0).copied().collect();
         Ok(Office {
             setup: setup.clone(),
-            light: Arc::new(light),
             rig: Arc::new(Rig::new(setup)),
             carpet: Arc::new(Carpet::new(plan.seed, plan.grain)),
             looks,
             stripes: stripes.collect(),
             lights: Arc::new(Lights { ceiling: plan.ceiling, panels }),
-            starts: starts(&plan, &space).into(),
+            starts: starts(&plan, &space, &light).into(),
+            light: Arc::new(light),
             space: Arc::new(space),
             plan: Arc::new(plan),
         })
@@ -284,19 +289,26 @@ impl Office {
         &self.space.parts
     }
 
-    /// Where the run of this number starts: where the plan says, further ones at any free place.
+    /// Where the run of this number starts: where the plan says, further ones at free places, each at another until
+    /// all were taken.
     pub fn start(&self, run: u64) -> Place {
+        let drawn = self.plan.starts.len() as u64;
         if let Some(start) = usize::try_from(run).ok().and_then(|run| self.plan.starts.get(run)) {
             return Place { x: start.x, y: start.y, heading: start.heading.to_radians() };
         }
-        let pick = Stream::new(self.plan.seed, 71 + run).bits() % self.starts.len().max(1) as u64;
+        let pick = (run - drawn) % self.starts.len().max(1) as u64;
         self.starts.get(pick as usize).copied().unwrap_or(Place { x: 0.0, y: 0.0, heading: 0.0 })
     }
 
-    /// The office so many seconds after its beginning.
+    /// The office so many seconds after its beginning, if nobody has to give way to a robot.
     pub fn at(&self, seconds: f64) -> Moment<'_> {
         let people = self.plan.people.iter().map(|person| person.at(seconds)).collect();
         Moment { office: self, seconds, people }
+    }
+
+    /// Those who walk about in it, at its beginning. Unlike those of [`Office::at`] they give way to a robot.
+    pub fn crowd(&self) -> Crowd<'_> {
+        Crowd::new(self)
     }
 
     /// A grabber; the seed is that of its noise.
@@ -318,20 +330,18 @@ impl Office {
         let ahead = (free - BUMPER).clamp(0.0, CAMERA_AHEAD);
         Eye { x: place.x + cos * ahead, y: place.y + sin * ahead, sin, cos }
     }
-
-    /// Where the body is, behind the camera.
-    fn body(&self, eye: &Eye) -> (f64, f64) {
-        (eye.x - eye.cos * CAMERA_AHEAD, eye.y - eye.sin * CAMERA_AHEAD)
-    }
 }
 
-/// Free places to start from, each looking along the longest free way.
-fn starts(plan: &Plan, space: &Space) -> Vec<Place> {
+/// Free places to start from in an order of chance, each looking along the longest free way; those in the light come
+/// before those in the dark.
+fn starts(plan: &Plan, space: &Space, light: &LightMap) -> Vec<Place> {
     let standing: Vec<Standing> = plan.people.iter().map(|person| person.at(0.0)).collect();
     let (mut free, mut best): (Vec<Place>, Option<(f64, Place)>) = (Vec::new(), None);
     // from wide to narrow: most plans have wide places, and a few are enough
     for room in &plan.rooms {
-        let steps = |(a, b): (f64, f64)| (((b - a) / 0.9).floor() as usize).clamp(1, 60);
+        // close along a hallway; across it the middle counts
+        let apart = |length: f64| if length > 4.0 { 0.6 } else { 0.9 };
+        let steps = |(a, b): (f64, f64)| (((b - a) / apart(b - a)).floor() as usize).clamp(1, 60);
         let (nx, ny) = (steps(room.x), steps(room.y));
         for k in 0..nx * ny {
             let along = |i: usize, n: usize, (a, b): (f64, f64)| a + (b - a) * (i as f64 + 0.5) / n as f64;
@@ -355,11 +365,20 @@ fn starts(plan: &Plan, space: &Space) -> Vec<Place> {
             if best.is_none_or(|(most, _)| clear > most) {
                 best = Some((clear, place));
             }
-            if clear >= 0.55 && longest > 1.5 {
+            // rooms overlap, and some places are the plan's
+            let near = |ox: f64, oy: f64| (ox - x).abs().max((oy - y).abs()) < 0.5;
+            let known = free.iter().any(|o| near(o.x, o.y)) || plan.starts.iter().any(|o| near(o.x, o.y));
+            if clear >= 0.55 && longest > 1.0 + BODY && !known {
                 free.push(place);
             }
         }
     }
+    let stream = &mut Stream::new(plan.seed, 71);
+    for last in (1..free.len()).rev() {
+        free.swap(last, (stream.bits() % (last as u64 + 1)) as usize);
+    }
+    // a stable sort: the order of chance stays
+    free.sort_by_key(|place| light.floor.at(place.x as f32, place.y as f32) < DARK);
     if free.is_empty() { best.into_iter().map(|(_, place)| place).collect() } else { free }
 }
 
@@ -404,7 +423,7 @@ impl Moment<'_> {
     }
 
     fn sight(&self, place: &Place) -> Sight<'_> {
-        Sight::new(self.office, [self.office.eye(place, self); 2], &self.people)
+        Sight::new(self, place)
     }
 
     /// Where the camera of a robot at a place is, in metres: before the middle of its body, unless something holds it

@@ -2,6 +2,7 @@
 
 use super::part::{Part, Pattern, Thing};
 use super::plan::Person;
+use super::{BODY, Moment, Office, Place};
 use crate::world::geometry::{Outline, Vec3};
 
 /// Radius of a person, in metres.
@@ -13,6 +14,15 @@ const APART: f64 = 0.085;
 const SWING: f64 = 0.1;
 const LEG: f64 = 0.062;
 const SHOE: f64 = 0.075;
+/// How near to the robot's body the middle of a person comes: straight ahead, and on either side, in metres.
+const AHEAD: f64 = 0.75;
+const ASIDE: f64 = 0.5;
+/// How far aside of his way the robot's body may be to be ahead of him.
+const LANE: f64 = RADIUS + 0.1;
+/// Seconds that he waits before he turns round.
+const PATIENCE: f64 = 3.0;
+/// The longest step that is walked at once, in seconds.
+const STEP: f64 = 0.1;
 
 /// Somebody at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +39,11 @@ pub(super) struct Standing {
 impl Person {
     /// Where he is so many seconds after the beginning.
     pub(super) fn at(&self, seconds: f64) -> Standing {
+        self.along(self.speed * seconds, false, self.speed * seconds)
+    }
+
+    /// Where he is so far along his path, which goes round, with so many metres in his legs.
+    fn along(&self, along: f64, back: bool, walked: f64) -> Standing {
         let corners = self.path.len();
         let side = |i: usize| {
             let (a, b) = (self.path[i], self.path[(i + 1) % corners]);
@@ -36,13 +51,13 @@ impl Person {
             (a, dx, dy, (dx * dx + dy * dy).sqrt())
         };
         let around: f64 = (0..corners).map(|i| side(i).3).sum();
-        let walked = self.speed * seconds;
         let albedo = self.albedo;
-        let mut rest = if around > 0.0 { walked - (walked / around).floor() * around } else { 0.0 };
+        let mut rest = if around > 0.0 { along - (along / around).floor() * around } else { 0.0 };
         for i in 0..corners {
             let (from, dx, dy, length) = side(i);
             if length > 0.0 && (rest <= length || i + 1 == corners) {
                 let part = (rest / length).clamp(0.0, 1.0);
+                let length = if back { -length } else { length };
                 let way = (dy / length, dx / length);
                 return Standing { x: from.0 + dx * part, y: from.1 + dy * part, way, walked, albedo };
             }
@@ -53,7 +68,100 @@ impl Person {
     }
 }
 
+/// Those who walk about in an office while a robot drives: they wait for it, and turn round if it stays.
+///
+/// ```
+/// use vsonar::world::office::{Kind, Office, Place};
+/// let office = Office::preset(Kind::Nsh);
+/// let mut crowd = office.crowd();
+/// // somebody comes along this hallway and stops before the robot
+/// let robot = Place { x: 5.0, y: 1.2, heading: 0.0 };
+/// for frame in 0..80 {
+///     crowd.advance(f64::from(frame) * 0.1, Some(&robot));
+/// }
+/// let away = |&(x, y, _): &(f64, f64, f64)| (x - robot.x).hypot(y - robot.y);
+/// assert!(crowd.moment().people().iter().all(|person| away(person) > 0.7));
+/// assert!(office.at(8.0).people().iter().any(|person| away(person) < 2.0));
+/// ```
+#[derive(Debug, Clone)]
+pub struct Crowd<'a> {
+    office: &'a Office,
+    seconds: f64,
+    walkers: Vec<Walker>,
+}
+
+/// How far along his path somebody is.
+#[derive(Debug, Clone, Copy)]
+struct Walker {
+    along: f64,
+    /// Whether he walks back.
+    back: bool,
+    /// Metres walked.
+    walked: f64,
+    /// Seconds that he has stood still.
+    waited: f64,
+}
+
+impl Walker {
+    fn standing(&self, person: &Person) -> Standing {
+        person.along(self.along, self.back, self.walked)
+    }
+
+    fn step(&mut self, person: &Person, seconds: f64, robot: Option<&Place>) {
+        if robot.is_some_and(|robot| self.standing(person).yields(robot)) {
+            self.waited += seconds;
+            if self.waited >= PATIENCE {
+                (self.waited, self.back) = (0.0, !self.back);
+            }
+            return;
+        }
+        let way = person.speed * seconds;
+        self.waited = 0.0;
+        self.walked += way;
+        self.along += if self.back { -way } else { way };
+    }
+}
+
+impl<'a> Crowd<'a> {
+    pub(super) fn new(office: &'a Office) -> Crowd<'a> {
+        let walker = Walker { along: 0.0, back: false, walked: 0.0, waited: 0.0 };
+        Crowd { office, seconds: 0.0, walkers: vec![walker; office.plan.people.len()] }
+    }
+
+    /// Lets them walk on until so many seconds after the office's beginning, while the robot stands at a place. Times
+    /// ascend from one call to the next.
+    pub fn advance(&mut self, seconds: f64, robot: Option<&Place>) {
+        let passed = seconds - self.seconds;
+        if passed > 0.0 {
+            // a little less, so that a tenth of a second is one step however it is rounded
+            let steps = (passed / STEP - 1e-6).ceil().max(1.0);
+            for _ in 0..steps as u64 {
+                for (walker, person) in self.walkers.iter_mut().zip(&self.office.plan.people) {
+                    walker.step(person, passed / steps, robot);
+                }
+            }
+            self.seconds = seconds;
+        }
+    }
+
+    /// The office with these people where they are now.
+    pub fn moment(&self) -> Moment<'a> {
+        let people = self.walkers.iter().zip(&self.office.plan.people);
+        let people = people.map(|(walker, person)| walker.standing(person)).collect();
+        Moment { office: self.office, seconds: self.seconds, people }
+    }
+}
+
 impl Standing {
+    /// Whether he waits for a robot. He goes on if that takes him away from it.
+    fn yields(&self, robot: &Place) -> bool {
+        let (sin, cos) = self.way;
+        let (dx, dy) = (robot.x - self.x, robot.y - self.y);
+        let (ahead, aside) = (dx * cos + dy * sin, dy * cos - dx * sin);
+        let gap = (dx * dx + dy * dy).sqrt() - BODY;
+        ahead > 0.0 && (gap < ASIDE || (gap < AHEAD && aside.abs() < BODY + LANE))
+    }
+
     /// Legs, shoes and body.
     pub(super) fn parts(&self) -> Vec<Part> {
         let (sin, cos) = self.way;

@@ -6,8 +6,9 @@ use std::str::FromStr;
 use rayon::prelude::*;
 
 use super::grabber::{Exposure, Grabber};
+use super::people::Standing;
 use super::wander::Wanderer;
-use super::{FRAME_RATE, Kind, Office, OfficeError, Place, Plan, Setup};
+use super::{FRAME_RATE, Kind, Moment, Office, OfficeError, Place, Plan, Setup};
 use crate::dataset::{Case, Dataset, NamedImage};
 
 /// Frames of the camera from one recorded picture to the next.
@@ -47,7 +48,15 @@ pub struct Shot {
     pub seconds: f64,
     /// Where the robot stood.
     pub place: Place,
+    people: Vec<Standing>,
     exposure: Exposure,
+}
+
+impl Shot {
+    /// The office it was taken in, as it was then.
+    pub fn moment<'a>(&self, office: &'a Office) -> Moment<'a> {
+        Moment { office, seconds: self.seconds, people: self.people.clone() }
+    }
 }
 
 /// Lets a robot wander through an office by sonar until so many pictures are taken, one every 3 seconds. The seed
@@ -58,14 +67,16 @@ pub fn drive(office: &Office, frames: usize, seed: u64) -> Vec<Shot> {
 
 fn shots(office: &Office, frames: usize, seed: u64, grabber: &mut Grabber) -> Vec<Shot> {
     let mut robot = Wanderer::new(office.start(0), seed);
+    let mut crowd = office.crowd();
     let mut taken = Vec::new();
     for k in 0..frames * EVERY {
         let seconds = k as f64 / FRAME_RATE;
-        let moment = office.at(seconds);
         let place = *robot.place();
+        crowd.advance(seconds, Some(&place));
+        let moment = crowd.moment();
         let exposure = grabber.expose(&moment, &place);
         if k % EVERY == EVERY - 1 {
-            taken.push(Shot { seconds, place, exposure });
+            taken.push(Shot { seconds, place, people: moment.people.clone(), exposure });
         }
         robot.step(&moment);
     }
@@ -89,7 +100,7 @@ pub fn record(office: &Office, name: &str, frames: usize, seed: u64) -> Result<D
         .par_iter()
         .enumerate()
         .map(|(i, frame)| {
-            let moment = office.at(frame.seconds);
+            let moment = frame.moment(office);
             let pixels = grabber.develop(&moment, &frame.exposure);
             let labels = moment.labels(&frame.place, columns.iter().copied());
             (NamedImage { name: format!("{name}_{i:04}.png"), pixels }, labels)

@@ -1,11 +1,11 @@
 //! The robot's own shadow: how its body takes away the light of the nearest panels.
 
+use super::BODY;
 use super::plan::Light;
 use super::rig::Eye;
 use super::space::BODY_HEIGHT;
 
-/// Radius of the body in metres, and how wide the edge of its shadow is.
-const BODY: f32 = 0.24;
+/// How wide the edge of the shadow is, in metres.
 const EDGE: f32 = 0.08;
 /// Panels that cast a shadow.
 const PANELS: usize = 4;
@@ -49,7 +49,7 @@ impl OwnShadow {
             let t = if square > 0.0 { ((bx * wx + by * wy) / square).clamp(0.0, 1.0) } else { 0.0 };
             let (dx, dy) = (bx - wx * t, by - wy * t);
             // panels are long, so the shadow's edge is wider the further away its body is
-            let edge = (((dx * dx + dy * dy).sqrt() - BODY) / (EDGE + 0.1 * square.sqrt() * t) + 0.5)
+            let edge = (((dx * dx + dy * dy).sqrt() - BODY as f32) / (EDGE + 0.1 * square.sqrt() * t) + 0.5)
                 .clamp(0.0, 1.0);
             remains -= share * (1.0 - edge * edge * (3.0 - 2.0 * edge));
         }

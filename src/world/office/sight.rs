@@ -1,22 +1,29 @@
 //! One look: which objects each part of the picture can meet, what its rays meet, and the light they bring.
 
-use super::Office;
+use super::light::AMBIENT;
 use super::part::{Beam, Part, Pattern, Thing};
 use super::people::Standing;
-use super::plan::OpeningKind;
+use super::plan::{Light, OpeningKind};
 use super::rig::{Eye, Rig};
 use super::shadow::OwnShadow;
 use super::space::{Leaf, Object};
+use super::{Moment, Office, Place};
 use crate::world::geometry::{Vec3, Wall};
 
 /// Pixels between the points at which the robot's shadow is computed.
 const LATTICE: usize = 4;
+/// Light of a panel of power 1 that one looks into; albedo of the ceiling, and the share of the floor's light that
+/// comes up to it.
+const PANEL: f32 = 6.0;
+const CEILING: f32 = 0.7;
+const UPWARDS: f32 = 0.25;
 
 /// What the camera sees from a place at a time.
 pub(super) struct Sight<'a> {
     office: &'a Office,
-    /// Where the camera was for even lines, and for odd ones, which are read first.
-    eyes: [Eye; 2],
+    eye: Eye,
+    /// The middle of the robot's body on the floor.
+    body: (f64, f64),
     walkers: Vec<Part>,
     people: &'a [Standing],
     /// The objects, with the squared distance at which they begin, nearest first.
@@ -32,10 +39,19 @@ struct Met {
     object: Option<Object>,
 }
 
+impl Met {
+    fn is_floor(&self) -> bool {
+        self.object.is_none() && self.beam.d.z < 0.0
+    }
+}
+
 impl<'a> Sight<'a> {
-    pub(super) fn new(office: &'a Office, eyes: [Eye; 2], people: &'a [Standing]) -> Sight<'a> {
+    /// What the camera of a robot at a place sees: pictures and labels have these rays and no others.
+    pub(super) fn new(moment: &'a Moment<'_>, place: &Place) -> Sight<'a> {
+        let (office, people) = (moment.office, &moment.people[..]);
         let (rig, space) = (&*office.rig, &*office.space);
-        let near = |p: &&Standing| (p.x - eyes[0].x).abs().max((p.y - eyes[0].y).abs()) < 30.0;
+        let eye = office.eye(place, moment);
+        let near = |p: &&Standing| (p.x - eye.x).abs().max((p.y - eye.y).abs()) < 30.0;
         let walkers: Vec<Part> = people.iter().filter(near).flat_map(Standing::parts).collect();
         let all = (0..space.walls.len()).map(Object::Wall);
         let all = all.chain((0..space.parts.len()).map(Object::Part));
@@ -44,40 +60,39 @@ impl<'a> Sight<'a> {
         for object in all {
             let bounds = space.bounds(object, &walkers);
             let mut tiles = Vec::new();
-            rig.tiles_of(&eyes[0], &bounds, |tile| tiles.push(tile));
-            if eyes[1] != eyes[0] {
-                rig.tiles_of(&eyes[1], &bounds, |tile| tiles.push(tile));
-            }
+            rig.tiles_of(&eye, &bounds, |tile| tiles.push(tile));
             if !tiles.is_empty() {
-                // the eyes are centimetres apart: a little less keeps it a lower bound for both
-                let away = (Rig::away(&eyes[0], &bounds).sqrt() - 0.2).max(0.0);
-                objects.push((object, away * away, tiles));
+                objects.push((object, Rig::away(&eye, &bounds), tiles));
             }
         }
         objects.sort_by(|a, b| a.1.total_cmp(&b.1));
         let mut tiles: Vec<Vec<u32>> = vec![Vec::new(); rig.tiles()];
         for (k, (.., of)) in objects.iter().enumerate() {
             for &tile in of {
-                if tiles[tile].last() != Some(&(k as u32)) {
-                    tiles[tile].push(k as u32);
-                }
+                tiles[tile].push(k as u32);
             }
         }
         let objects = objects.into_iter().map(|(object, away, _)| (object, away)).collect();
-        Sight { office, eyes, walkers, people, objects, tiles }
+        Sight { office, eye, body: (place.x, place.y), walkers, people, objects, tiles }
     }
 
     #[inline]
     fn meet(&self, column: usize, row: usize) -> Met {
         let rig = &*self.office.rig;
-        let eye = &self.eyes[row & 1];
+        let eye = &self.eye;
         let ray = rig.rays[row * rig.width + column];
         let beam = Beam::new(Vec3::new(eye.x, eye.y, rig.up), eye.turned(ray));
-        let mut met =
-            Met { beam, distance: if ray.z < 0.0 { -rig.up / ray.z } else { f64::INFINITY }, object: None };
+        // to the floor, or to the ceiling, above which nothing is met
+        let distance = match ray.z {
+            z if z < 0.0 => -rig.up / z,
+            z if z > 0.0 => (self.office.lights.ceiling - rig.up) / z,
+            _ => f64::INFINITY,
+        };
+        let mut met = Met { beam, distance, object: None };
         for &k in &self.tiles[rig.tile(column, row)] {
             let (object, away) = self.objects[k as usize];
-            if away > met.distance * met.distance * beam.flat {
+            // rounding must not part what stands exactly where the ray ends
+            if away > met.distance * met.distance * beam.flat + 1e-6 {
                 break;
             }
             if let Some(t) = self.office.space.meet(object, &self.walkers, &beam, met.distance) {
@@ -87,23 +102,16 @@ impl<'a> Sight<'a> {
         met
     }
 
-    /// The first row from below whose ray meets something other than the floor, 0 if there is none. Light that
-    /// meets nothing at all comes from the ceiling.
+    /// The first row from below whose ray meets something other than the floor, 0 if there is none.
     pub(super) fn label(&self, column: u32) -> u32 {
-        let is_floor = |&row: &usize| {
-            let met = self.meet(column as usize, row);
-            met.object.is_none() && met.distance.is_finite()
-        };
+        let is_floor = |&row: &usize| self.meet(column as usize, row).is_floor();
         (0..self.office.rig.height).rev().find(|row| !is_floor(row)).unwrap_or(0) as u32
     }
 
     /// Whether each pixel's ray meets the floor first.
     pub(super) fn floor(&self) -> Vec<bool> {
         let (width, height) = (self.office.rig.width, self.office.rig.height);
-        let is_floor = |k: usize| {
-            let met = self.meet(k % width, k / width);
-            met.object.is_none() && met.distance.is_finite()
-        };
+        let is_floor = |k: usize| self.meet(k % width, k / width).is_floor();
         (0..width * height).map(is_floor).collect()
     }
 
@@ -131,15 +139,14 @@ impl<'a> Sight<'a> {
             for row in rows {
                 let from = row * rig.width;
                 if self.tiles[tile].is_empty() {
-                    let eye = &self.eyes[row & 1];
-                    for k in from + columns.start..from + columns.end {
-                        light[k] = self.carpet(eye, k) * shade[k];
+                    for column in columns.clone() {
+                        light[from + column] = self.bare(column, row) * shade[from + column];
                     }
                 } else {
                     for column in columns.clone() {
                         let met = self.meet(column, row);
                         light[from + column] = match met.object {
-                            None => self.carpet(&self.eyes[row & 1], from + column) * shade[from + column],
+                            None => self.bare(column, row) * shade[from + column],
                             Some(object) => self.surface(&met, object, from + column),
                         };
                     }
@@ -153,7 +160,7 @@ impl<'a> Sight<'a> {
         let k = row * self.office.rig.width + column;
         let met = self.meet(column, row);
         match met.object {
-            None => self.carpet(&self.eyes[row & 1], k),
+            None => self.bare(column, row),
             Some(object) => self.surface(&met, object, k),
         }
     }
@@ -161,8 +168,8 @@ impl<'a> Sight<'a> {
     /// What the robot and people leave of the light on the floor, for every pixel: computed at some and spread out.
     fn shade(&self) -> Vec<f32> {
         let rig = &*self.office.rig;
-        let eye = &self.eyes[0];
-        let own = OwnShadow::new(&self.office.lights, eye, &self.office.body(eye));
+        let eye = &self.eye;
+        let own = OwnShadow::new(&self.office.lights, eye, &self.body);
         let (across, down) = (rig.width.div_ceil(LATTICE) + 1, rig.height.div_ceil(LATTICE) + 1);
         let point = |i: usize, j: usize| {
             let foot =
@@ -195,10 +202,34 @@ impl<'a> Sight<'a> {
         shade
     }
 
+    /// What floor or ceiling give at a pixel before which nothing stands.
+    #[inline]
+    fn bare(&self, column: usize, row: usize) -> f32 {
+        let k = row * self.office.rig.width + column;
+        if self.office.rig.feet[k].level == u8::MAX { self.ceiling(k) } else { self.carpet(k) }
+    }
+
+    /// What the ceiling gives at a pixel: its panels, or what the floor scatters up to it. Rays so flat that they meet
+    /// neither anywhere near end in the little light that is everywhere.
+    fn ceiling(&self, k: usize) -> f32 {
+        let (rig, lights) = (&*self.office.rig, &*self.office.lights);
+        let d = self.eye.turned(rig.rays[k]);
+        if d.z <= 1e-3 {
+            return AMBIENT as f32;
+        }
+        let t = (lights.ceiling - rig.up) / d.z;
+        let (x, y) = (self.eye.x + d.x * t, self.eye.y + d.y * t);
+        let on = |l: &&Light| (x - l.x).abs() <= l.width / 2.0 && (y - l.y).abs() <= l.depth / 2.0;
+        match lights.panels.iter().find(on) {
+            Some(panel) => PANEL * panel.power as f32,
+            None => CEILING * (AMBIENT as f32 + UPWARDS * self.office.light.floor.at(x as f32, y as f32)),
+        }
+    }
+
     /// What the floor gives back at a pixel that sees it, shadows of those who move apart.
     #[inline]
-    fn carpet(&self, eye: &Eye, k: usize) -> f32 {
-        let foot = self.office.rig.feet[k];
+    fn carpet(&self, k: usize) -> f32 {
+        let (eye, foot) = (&self.eye, self.office.rig.feet[k]);
         let (sin, cos) = (eye.sin as f32, eye.cos as f32);
         let x = eye.x as f32 + foot.ahead * cos - foot.left * sin;
         let y = eye.y as f32 + foot.ahead * sin + foot.left * cos;
@@ -254,7 +285,7 @@ impl<'a> Sight<'a> {
             _ => {
                 // sides get less the nearer they are to the floor, and differ by where they look
                 let up = (0.75 + 0.25 * (p.z * 2.0).min(1.0)) as f32;
-                floor * up * (0.55 + 0.5 * n.z + 0.09 * n.x - 0.13 * n.y) as f32
+                floor * up * (0.62 + 0.5 * n.z + 0.09 * n.x - 0.13 * n.y) as f32
             }
         };
         self.office.finish(part, p, n) * light

@@ -20,6 +20,8 @@ pub(super) struct Space {
     /// The doors and panes of each wall.
     pub(super) openings: Vec<Vec<Leaf>>,
     pub(super) parts: Vec<Part>,
+    /// Of which of the plan's things each part is.
+    pub(super) items: Vec<usize>,
     /// The outlines of what stands around, to draw.
     pub(super) solids: Vec<Solid>,
     pub(super) ceiling: f64,
@@ -69,10 +71,15 @@ impl Space {
                 });
             }
         }
-        let parts: Vec<Part> = plan.items.iter().flat_map(|item| item.parts()).collect();
+        let of_items = plan
+            .items
+            .iter()
+            .enumerate()
+            .flat_map(|(i, item)| item.parts().into_iter().map(move |part| (part, i)));
+        let (parts, items): (Vec<Part>, Vec<usize>) = of_items.unzip();
         let solids = parts.iter().filter(|part| part.low < BODY_HEIGHT);
         let solids = solids.map(|p| Solid { outline: p.outline, height: p.high.min(plan.ceiling) }).collect();
-        Space { rooms: plan.rooms.clone(), walls, openings, parts, solids, ceiling: plan.ceiling }
+        Space { rooms: plan.rooms.clone(), walls, openings, parts, items, solids, ceiling: plan.ceiling }
     }
 
     /// The nearest point on the floor of a room, a little inside.

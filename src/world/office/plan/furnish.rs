@@ -88,7 +88,7 @@ fn beside(hall: &Hall, along: f64, unseen: bool, stream: &mut Stream) -> Option<
             between(a, 0.3, 0.7),
             between(b, 0.3, 0.6),
             between(c, 0.25, 0.8),
-            between(a, 0.25, 0.45),
+            between(a, 0.42, 0.58),
         ),
         k if k < 0.5 => {
             let size = between(a, 0.26, 0.38);
@@ -100,7 +100,7 @@ fn beside(hall: &Hall, along: f64, unseen: bool, stream: &mut Stream) -> Option<
             between(a, 0.45, 0.9),
             between(b, 0.35, 0.5),
             between(c, 0.7, 1.5),
-            between(b, 0.2, 0.5),
+            if b < 0.4 { between(b, 0.08, 0.12) } else { between(b, 0.45, 0.6) },
         ),
         k if k < 0.93 => (
             ItemKind::Table,
@@ -111,7 +111,7 @@ fn beside(hall: &Hall, along: f64, unseen: bool, stream: &mut Stream) -> Option<
         ),
         _ => {
             let size = between(a, 0.3, 0.45);
-            (ItemKind::Pillar, size, size, 2.6, between(b, 0.35, 0.55))
+            (ItemKind::Pillar, size, size, 2.6, between(b, 0.45, 0.6))
         }
     };
     // chairs and round things stand a little before the wall
@@ -162,7 +162,7 @@ fn desks(plan: &mut Plan, open: Room, unseen: bool, stream: &mut Stream) {
     }
     let kind = if unseen { ItemKind::Drawer } else { ItemKind::Cabinet };
     let (x, y) = (open.x.0 + 0.25, open.y.0 + stream.range(1.2, 1.8));
-    plan.items.push(Item { kind, x, y, width: 0.45, depth: 0.8, height: 1.1, albedo: 0.4, turn: 0.0 });
+    plan.items.push(Item { kind, x, y, width: 0.45, depth: 0.8, height: 1.1, albedo: 0.5, turn: 0.0 });
     let kind = if unseen { ItemKind::Plant } else { ItemKind::Bin };
     let (x, y) = (open.x.1 - 0.4, open.y.0 + stream.range(1.0, 1.6));
     plan.items.push(Item { kind, x, y, width: 0.36, depth: 0.36, height: 0.45, albedo: 0.1, turn: 0.0 });

@@ -2,13 +2,20 @@
 
 use super::super::Kind;
 use super::furnish::{self, Hall};
-use super::{Light, Opening, OpeningKind, Person, Plan, Stripe};
+use super::{Item, Light, Opening, OpeningKind, Person, Plan, Stripe};
 use crate::world::geometry::Room;
 use crate::world::noise::Stream;
+use crate::world::office::BODY_HEIGHT;
 use crate::world::outline::outline;
 
 /// Distance of ceiling lights along a hallway, in metres.
 const LIGHTS_APART: f64 = 3.1;
+/// Distance that things keep from the middle of those who walk by, in metres, and from one place where this is looked
+/// at to the next.
+const KEPT: f64 = 0.26;
+const PACE: f64 = 0.05;
+/// How far aside of a hallway's middle people may walk, in metres.
+const LANES: [f64; 7] = [0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3];
 
 impl Plan {
     /// Another building of a kind. `unseen` adds things that the buildings trained on never hold: plants, suitcases,
@@ -98,14 +105,19 @@ fn looks(plan: &mut Plan, kind: Kind, stream: &mut Stream) {
     plan.grain = stream.range(0.22, 0.4);
     plan.wall = stream.range(wall.0, wall.1);
     plan.gloss = stream.range(0.2, 0.5);
-    plan.skirting = stream.range(0.03, 0.07);
-    plan.skirting_height = stream.range(0.07, 0.12);
+    // dark or light, but never as light as the carpet: people see where the wall begins
+    let (skirting, height) = match kind {
+        Kind::Nsh => ((0.02, 0.03), (0.13, 0.17)),
+        Kind::Fmrb => ((0.5, 0.65), (0.08, 0.12)),
+    };
+    plan.skirting = stream.range(skirting.0, skirting.1);
+    plan.skirting_height = stream.range(height.0, height.1);
 }
 
 /// Doors along every wall that is long enough, and a pane now and then.
 fn openings(plan: &mut Plan, stream: &mut Stream) {
-    let dark = stream.range(0.12, 0.25);
-    let light = stream.range(0.3, 0.45);
+    let dark = stream.range(0.07, 0.11);
+    let light = stream.range(0.42, 0.55);
     for wall in outline(&plan.rooms) {
         let mut at = wall.span.0 + stream.range(0.9, 2.0);
         while at + 0.9 < wall.span.1 {
@@ -130,7 +142,7 @@ fn lights(plan: &mut Plan, kind: Kind, layout: &Layout, stream: &mut Stream) {
         let count = ((to - from) / LIGHTS_APART).floor().max(1.0);
         for k in 0..count as u32 {
             let along = from + (f64::from(k) + 0.5) * (to - from) / count;
-            let burned = dark == Some(i) && along > from + 2.5 && along < to - 2.5;
+            let burned = dark == Some(i) && along > from + 2.5 && along < to - 5.0;
             let power = if burned || stream.chance(0.04) { 0.0 } else { stream.range(0.85, 1.1) };
             let (x, y) = hall.point(along, 0.0);
             let (width, depth) = if hall.along_x { (1.2, 0.3) } else { (0.3, 1.2) };
@@ -160,23 +172,38 @@ fn stripe(plan: &mut Plan, layout: &Layout, stream: &mut Stream) {
     plan.stripes.push(Stripe { room, albedo });
 }
 
-/// Some who go up and down a hallway, on either side of its middle.
+/// Some who go up and down a hallway, there and back side by side, where most is free; what is in their way goes.
 fn people(plan: &mut Plan, layout: &Layout, stream: &mut Stream) {
     for hall in &layout.halls {
         for _ in 0..2 {
             let (from, to) = hall.span();
             let aside = stream.range(0.05, 0.2) * if stream.chance(0.5) { 1.0 } else { -1.0 };
             let (a, b) = (stream.range(from + 1.2, from + 4.0), stream.range(to - 4.0, to - 1.2));
-            let path = vec![
-                hall.point(a, aside),
-                hall.point(b, aside),
-                hall.point(b, -aside),
-                hall.point(a, -aside),
-            ];
+            let path = |lane: f64| {
+                let way = [(a, aside), (b, aside), (b, -aside), (a, -aside)];
+                way.map(|(along, aside)| hall.point(along, lane + aside)).to_vec()
+            };
+            let in_way = |lane: &f64| plan.items.iter().filter(|item| is_in_way(item, &path(*lane))).count();
+            // of several the first, hence that nearest to the middle
+            let path = path(LANES.into_iter().min_by_key(in_way).unwrap_or(0.0));
+            plan.items.retain(|item| !is_in_way(item, &path));
             let (speed, albedo) = (stream.range(0.5, 1.2), stream.range(0.04, 0.3));
             plan.people.push(Person { speed, albedo, path });
         }
     }
+}
+
+/// Whether somebody on this path would touch the thing.
+fn is_in_way(item: &Item, path: &[(f64, f64)]) -> bool {
+    let parts: Vec<_> = item.parts().into_iter().filter(|part| part.low < BODY_HEIGHT).collect();
+    path.iter().zip(path.iter().cycle().skip(1)).any(|(a, b)| {
+        let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+        let paces = ((dx * dx + dy * dy).sqrt() / PACE).ceil().max(1.0);
+        (0..=paces as u32).any(|k| {
+            let (x, y) = (a.0 + dx * f64::from(k) / paces, a.1 + dy * f64::from(k) / paces);
+            parts.iter().any(|part| part.outline.distance(x, y) < KEPT)
+        })
+    })
 }
 
 /// To millimetres and thousandths, so that the text is short.

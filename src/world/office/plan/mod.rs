@@ -28,6 +28,26 @@ mod read;
 pub use error::PlanError;
 
 /// A building on paper. Lengths are metres, albedos shares of light given back.
+///
+/// Its text begins with the line `plan 1`. The others are in any order, each a word and numbers; `#` starts a comment.
+/// x is to the right and y up on paper; `heading` and `turn` are degrees from x to the left.
+///
+/// | Line | Numbers | How often |
+/// |---|---|---|
+/// | `room` | x from, x to, y from, y to | 1 to 200; free floor is what any of them covers |
+/// | `stripe` | x from, x to, y from, y to, albedo | to 32 |
+/// | `door`, `glass` | x, y of the middle on a wall, width, albedo | to 500 |
+/// | `box`, `cabinet`, `table`, `chair`, `bin`, `pillar`, `plant`, `suitcase`, `cone`, `drawer` | x, y, width, depth, height, albedo, perhaps turn | to 500 |
+/// | `light` | x, y, width, depth, power (0 is burned out) | to 500 |
+/// | `person` | speed in m/s, albedo of the trousers, x and y of 2 to 32 corners | to 32 |
+/// | `start` | x, y, heading | to 32 |
+/// | `seed` | a whole number | once, or 1 |
+/// | `ceiling` | height | once, or 2.6 |
+/// | `carpet` | albedo, grain | once |
+/// | `wall` | albedo, gloss | once |
+/// | `skirting` | albedo, height | once |
+///
+/// The middle of whatever stands, hangs or walks is in a room. Chairs are 0.35 m high at least.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Seed of the patterns on its surfaces.

@@ -34,6 +34,8 @@ const ALBEDO: Field = ("albedo", 0.01, 0.95);
 const WIDTH: Field = ("width", 0.05, 20.0);
 const DEPTH: Field = ("depth", 0.05, 20.0);
 const HEIGHT: Field = ("height", 0.05, 5.0);
+/// The lowest chair.
+const CHAIR: f64 = 0.35;
 const TURN: Field = ("turn", -360.0, 360.0);
 
 /// One line: its number and its words.
@@ -80,7 +82,9 @@ impl Line<'_> {
     }
 
     fn item(&self, kind: ItemKind) -> Result<Item, PlanError> {
-        let fields = [X, Y, WIDTH, DEPTH, HEIGHT, ALBEDO, TURN];
+        // the slats of a chair begin above its seat
+        let height = if kind == ItemKind::Chair { (HEIGHT.0, CHAIR, HEIGHT.2) } else { HEIGHT };
+        let fields = [X, Y, WIDTH, DEPTH, height, ALBEDO, TURN];
         let [x, y, width, depth, height, albedo, turn] = self.numbers(fields, Some(0.0))?;
         Ok(Item { kind, x, y, width, depth, height, albedo, turn })
     }
