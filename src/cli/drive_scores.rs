@@ -106,8 +106,8 @@ impl TunedOn {
         let own = if *as_the_program { ", as the program was" } else { "" };
         format!(
             "Rivals are tuned on the {images} training images of the world {world}{own}; an answer is right within \
-             {tolerance} rows. Training: the share of right answers there; held out: in building {held_out_building} of \
-             that world."
+             {tolerance} rows.\nTraining: the share of right answers there; held out: in building {held_out_building} \
+             of that world."
         )
     }
 }

@@ -152,7 +152,7 @@ fn sums(report: &Report) -> Table {
     if scored {
         headings.extend(["training", "held out"]);
     }
-    headings.extend(["runs", "metres", "± sd", "longest", "m per collision", "time", "longest", "m/s"]);
+    headings.extend(["runs", "metres", "± sd", "longest", "metres per collision", "time", "longest", "m/s"]);
     headings.extend(["collisions", "walked into", "in view", "stuck"]);
     headings.extend(["rows right", "median right", "one frame", "longest error"]);
     let mut table = Table::new(1, &headings);
@@ -211,8 +211,8 @@ fn sums(report: &Report) -> Table {
 
 /// What is said below the tables.
 const NOTE: &str = "\
-±: standard deviation over the runs. m per collision: the way of all runs for each collision. Walked into: collisions
-with somebody who walked into a robot that stood still or turned in place.
+±: standard deviation over the runs. Metres per collision: the way of all runs for each collision. Walked into:
+collisions with somebody who walked into a robot that stood still or turned in place.
 Rows right: answers on the way within 10 rows of the truth. One frame: share of the wrong ones that last a single frame,
 0.1 s, those in the last frame of a run left out; longest error: most time that a column was wrong without a break.";
 
@@ -234,8 +234,8 @@ fn notes(report: &Report) -> String {
     if any(Summary::is_lower_bound) {
         let _ = writeln!(
             out,
-            "+: runs that got stuck or whose time was over had hit nothing yet; they count with what they had driven by \
-             then, a lower bound."
+            "+: runs that got stuck or whose time was over had hit nothing yet; they count with what they had driven\n\
+             by then, a lower bound."
         );
     }
     if let Some(tuned_on) = &report.tuned_on {

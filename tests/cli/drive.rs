@@ -45,7 +45,9 @@ fn tables_put_all_beside_what_was_published() {
     assert_eq!(cells("sonar")[1..4], ["-", "-", "2"]);
     assert!(cells("program")[5] == "2" && cells("ulrich")[5] == "2", "{text}");
     let headings = text.lines().nth(sums).expect("there");
-    for heading in ["training", "held out", "m per collision", "walked into", "median right", "one frame"] {
+    for heading in
+        ["training", "held out", "metres per collision", "walked into", "median right", "one frame"]
+    {
         assert!(headings.contains(heading), "{headings}");
     }
     assert!(text.contains("+: runs that got stuck"), "{text}");
@@ -55,11 +57,11 @@ fn tables_put_all_beside_what_was_published() {
 fn scores_are_those_of_eval_and_rivals_follow_the_program() {
     let place = place();
     let json = |flags: &[&str]| -> Value {
-        serde_json::from_str(&place.ok(&[flags, &["--json", "--quiet"]].concat())).expect("JSON")
+        serde_json::from_str(&place.ok(&[flags, &["--json"]].concat())).expect("JSON")
     };
     place.ok(&["synth", "--world", "nsh", "--out", "nsh"]);
     place.ok(&["synth", "--world", "nsh", "--seed", "2", "--out", "nsh-elsewhere"]);
-    let drive = ["--minutes", "0.01", "--runs", "1", "--against", "constant"];
+    let drive = ["--minutes", "0.01", "--runs", "1", "--quiet", "--against", "constant"];
     let report = json(&[&["drive", "p.gp", "--tune-on", "nsh"], &drive[..]].concat());
     assert_eq!(
         (&report["tuned_on"]["world"], &report["tuned_on"]["tolerance"]),
