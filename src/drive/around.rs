@@ -154,6 +154,7 @@ fn polar(&Point { x, y, .. }: &Point, curvature: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::Camera;
     use crate::camera::ground::Ground;
     use crate::drive::robot::moved;
     use crate::world::office::{Kind, Office, Place};
@@ -220,30 +221,30 @@ mod tests {
     }
 
     /// What a camera's columns 13, 160 and 306 say, of the office's camera, when these are their rows.
-    fn seen_by_camera(around: &mut Around, rows: [f32; 3]) {
-        let (office, size) = (Office::new(Kind::Fmrb, 1), (320, 240));
-        assert_eq!(office.size(), size);
-        let ground = Ground::new(&office.camera(), size.0, size.1);
+    fn seen_by_camera(around: &mut Around, camera: Camera, rows: [f32; 3]) {
+        let size = (320, 240);
+        let ground = Ground::new(&camera, size.0, size.1);
         let reading = |(column, row)| Reading::from(ground.locate(column, row));
         let readings = [13, 160, 306].into_iter().zip(rows).map(reading);
-        let view = View::Picture { camera: office.camera(), size };
+        let view = View::Picture { camera, size };
         around.moved(Motion::default(), 0.1);
         around.seen(&readings.collect::<Vec<_>>(), (0.28, &view), (0.5, 4.0), 3.0);
     }
 
     #[test]
     fn what_one_frame_of_a_camera_says_is_gone_soon_in_every_column() {
+        let camera = Office::new(Kind::Fmrb, 1).camera();
         // A column's bearing depends on its row, so that of a false row may be beyond that of the true ones.
         for (wrong, row) in (0..3).flat_map(|wrong| [60.0, 120.0, 200.0, 238.0].map(|row| (wrong, row))) {
             for true_row in [0.0, 30.0, 150.0, 230.0] {
                 let mut around = Around::new();
                 let mut rows = [true_row; 3];
                 rows[wrong] = row;
-                seen_by_camera(&mut around, rows);
+                seen_by_camera(&mut around, camera, rows);
                 let [x, y] = around.points.iter().find(|_| true).map_or([9.0; 2], |p| [p.x, p.y]);
                 assert!(libm::hypot(x, y) < 3.0, "{wrong} {row}: it is seen");
                 for _ in 0..6 {
-                    seen_by_camera(&mut around, [0.0; 3]);
+                    seen_by_camera(&mut around, camera, [0.0; 3]);
                 }
                 assert!(around.points.is_empty(), "{wrong} {row} after {true_row}: {:?}", around.points);
             }
@@ -259,7 +260,7 @@ mod tests {
             for row in [0.0, 238.0] {
                 let mut around = Around { points: vec![at(x, y)] };
                 for _ in 0..30 {
-                    seen_by_camera(&mut around, [row; 3]);
+                    seen_by_camera(&mut around, camera, [row; 3]);
                 }
                 assert_eq!(around.points.iter().filter(|p| p.age > 2.9).count(), 1, "{x} {y} {row}");
             }
