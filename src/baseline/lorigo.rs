@@ -9,8 +9,8 @@
 //! The same here: the small image, the sliding window, histograms compared by their area of difference, a module of
 //! gradients and one of intensity, and their combination. The images being gray, the two modules of colour are one of
 //! intensity; with two modules there is no median, so the mean, the nearer and the farther are tried, and either module
-//! alone. The small image is the original's and not tuned: with 128 columns the training images are fitted as well or
-//! better, the held-out ones worse on three sets of four. What the method supposes stays: an obstacle that fills the window at the bottom is taken for ground.
+//! alone. The small image is not tuned: about 64 columns, as in the source. What the method supposes stays: an obstacle
+//! that fills the window at the bottom is taken for ground.
 
 use image::GrayImage;
 use serde::Serialize;

@@ -213,7 +213,7 @@ fn a_new_floor_is_an_obstacle_until_it_has_been_driven_over() {
     // By odometry it is the way that counts.
     let drive = |forward, turn| Some(Motion { forward, turn });
     row(0, None, 6.0, "the wall");
-    row(40, drive(0.1, 0.0), 40.0, "the mat");
+    row(40, drive(0.3, 0.0), 40.0, "the mat");
     for _ in 0..9 {
         row(40, drive(0.0, 0.0), 40.0, "standing still, nothing is driven over");
     }
@@ -221,8 +221,27 @@ fn a_new_floor_is_an_obstacle_until_it_has_been_driven_over() {
     row(40, drive(0.1, 0.0), 6.0, "0.5 m since");
     // A turn throws candidates away.
     row(0, None, 6.0, "the wall");
-    row(40, drive(0.1, 0.0), 40.0, "the mat");
+    row(40, drive(0.3, 0.0), 40.0, "the mat");
     row(40, drive(0.2, 0.4), 40.0, "23 degrees");
     row(40, drive(0.3, 0.0), 40.0, "the candidate of before the turn is gone");
     row(40, drive(0.2, 0.0), 6.0, "that of after it is not");
+}
+
+#[test]
+fn memory_is_of_the_way_driven_not_of_the_frames_seen() {
+    // A floor that is dark for a while, in all of the trapezoid.
+    let frame = |gray: u8| GrayImage::from_fn(48, 48, |_, y| Luma([if y <= 6 { 250 } else { gray }]));
+    let mut detector = ulrich();
+    let mut row = [f32::NAN];
+    let mut drive = |gray: u8, frames: u32| {
+        for i in 0..frames {
+            let motion = (i > 0 || gray == 40).then_some(Motion { forward: 0.03, turn: 0.0 });
+            detector.next(&frame(gray), motion, &[20], &mut row).expect("of its size");
+        }
+        row[0]
+    };
+    assert!((drive(120, 50) - 6.0).abs() <= 2.0);
+    // Four references are kept, and those of the last metre at ten frames a second are far more.
+    assert!((drive(40, 34) - 6.0).abs() <= 2.0, "the mat has been driven over");
+    assert!((drive(120, 1) - 6.0).abs() <= 2.0, "the floor before it has not been forgotten");
 }

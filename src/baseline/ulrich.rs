@@ -9,6 +9,10 @@
 //! turn. The images being gray, there is a histogram of intensity and none of hue. Where nobody tells how the robot moved
 //! (labelled images), a candidate becomes a reference after a number of frames, which is tuned. Until anything has been
 //! driven over, the trapezoid of the first frame is the reference: the robot is set down on free floor.
+//!
+//! Where the motion is known, a frame is a candidate only once the robot has driven 0.3 m or turned 10 degrees since the
+//! last one: at ten frames a second the memory would otherwise reach back no farther than a second or two, where in
+//! training it spans many metres.
 
 use std::collections::VecDeque;
 
@@ -38,6 +42,9 @@ const THRESHOLDS: usize = 16;
 const REACH: f64 = 1.0;
 /// The turn after which a candidate will not be driven over, in radians: 18 degrees.
 const TURN: f64 = std::f64::consts::PI / 10.0;
+
+/// How far the robot has to drive, in metres, or to turn, in radians, until there is another candidate.
+const SPACING: (f64, f64) = (0.3, std::f64::consts::PI / 18.0);
 
 fn thresholds() -> [f64; THRESHOLDS] {
     ladder(0.0002, 0.1)
@@ -155,12 +162,15 @@ pub struct Ulrich {
     first: Option<Histogram>,
     candidates: VecDeque<Candidate>,
     references: VecDeque<Histogram>,
+    /// How far the robot has driven and turned since the last candidate.
+    since: Motion,
 }
 
 impl Ulrich {
     /// A detector that has seen nothing.
     pub fn new(settings: UlrichSettings) -> Ulrich {
-        Ulrich { settings, first: None, candidates: VecDeque::new(), references: VecDeque::new() }
+        let (candidates, references) = (VecDeque::new(), VecDeque::new());
+        Ulrich { settings, first: None, candidates, references, since: Motion::default() }
     }
 
     /// Its settings.
@@ -197,11 +207,12 @@ impl Ulrich {
                 }
             }
         }
-        // Images before each one in its sequence, the image itself the last.
-        let mut before = vec![Vec::new(); set.images().len()];
-        for sequence in set.sequences() {
-            for (i, &image) in sequence.images.iter().enumerate() {
-                before[image] = sequence.images[..=i].to_vec();
+        // For each image its sequence and its place there.
+        let sequences = set.sequences();
+        let mut places = vec![(0, 0); set.images().len()];
+        for (i, sequence) in sequences.iter().enumerate() {
+            for (j, &image) in sequence.images.iter().enumerate() {
+                places[image] = (i, j);
             }
         }
         let shapes: Vec<(usize, (u32, u32, u32))> =
@@ -219,14 +230,17 @@ impl Ulrich {
         let per_shape = DELAYS.len() * KEPT.len() * supports.len();
         let tally = Tally::of(set, tolerance, settings.len(), THRESHOLDS, |image, cases, tally| {
             let views = BINS.map(|bins| view(&set.images()[image].pixels, bins));
+            let (sequence, place) = places[image];
+            // The images up to this one.
+            let before = &sequences[sequence].images[..=place];
             for (i, group) in settings.chunks(supports.len()).enumerate() {
                 let shape = i * supports.len() / per_shape;
                 let view = &views[shape / TRAPEZOIDS.len()];
                 let UlrichSettings { trapezoid, delay, kept, .. } = group[0];
-                let driven = before[image].len().saturating_sub(delay as usize);
+                let driven = before.len().saturating_sub(delay as usize);
                 let references = match driven {
-                    0 => &before[image][..1],
-                    _ => &before[image][driven.saturating_sub(kept)..driven],
+                    0 => &before[..1],
+                    _ => &before[driven.saturating_sub(kept)..driven],
                 };
                 let references = references.iter().map(|&image| &histograms[image][shape]);
                 let joined = joined((view.width, view.height), trapezoid, references);
@@ -254,6 +268,23 @@ impl Ulrich {
              {kept} kept, obstacle below {threshold}, {need} of {of} pixels",
             if delay == 1 { "" } else { "s" }
         )
+    }
+
+    /// Whether the robot is far enough from the last candidate for another one. Where nobody tells how it moved, each
+    /// frame is one.
+    fn is_candidate(&mut self, motion: Option<Motion>) -> bool {
+        let Some(Motion { forward, turn }) = motion else {
+            self.since = Motion::default();
+            return true;
+        };
+        self.since.forward += forward.abs();
+        self.since.turn += turn;
+        // Sums of steps may fall short by their rounding.
+        let far = self.since.forward >= SPACING.0 - 1e-9 || self.since.turn.abs() >= SPACING.1 - 1e-9;
+        if far {
+            self.since = Motion::default();
+        }
+        far
     }
 
     /// Takes note of how the robot moved: candidates become references, or are thrown away.
@@ -298,13 +329,16 @@ impl SequenceDetector for Ulrich {
         let view = view(image, bins);
         let histogram = histogram(&view, bins, trapezoid);
         self.moved(motion);
+        let begins = self.first.is_none();
         let first = &*self.first.get_or_insert_with(|| histogram.clone());
         let size = (view.width, view.height);
         let joined = match self.references.is_empty() {
             true => joined(size, trapezoid, [first]),
             false => joined(size, trapezoid, &self.references),
         };
-        self.candidates.push_back(Candidate { histogram, driven: 0.0, turned: 0.0 });
+        if begins || self.is_candidate(motion) {
+            self.candidates.push_back(Candidate { histogram, driven: 0.0, turned: 0.0 });
+        }
         for (&x, row) in columns.iter().zip(rows) {
             *row = lowest(&shares(&view, &joined, x), threshold, support);
         }

@@ -49,6 +49,8 @@ pub(super) struct Comparison<'a> {
     pub(super) executor: &'a dyn Executor,
     /// What the rivals are tuned on.
     pub(super) train: &'a Named,
+    /// Whether that is the training part of the program's run, not another set.
+    pub(super) own_training: bool,
     /// What all are tested on.
     pub(super) test: &'a Named,
     pub(super) tolerance: f64,
@@ -86,6 +88,8 @@ struct Row {
 struct Report {
     program: Option<PathBuf>,
     tuned_on: String,
+    /// Whether that is the training part of the program's run.
+    own_training: bool,
     tested_on: String,
     tolerance: f64,
     /// Whether test and training are the same cases.
@@ -146,6 +150,7 @@ fn report(comparison: &Comparison, rivals: &Rivals) -> Result<Report, CliError> 
     Ok(Report {
         program: comparison.program.map(|(path, _)| path.to_path_buf()),
         tuned_on: comparison.train.name.clone(),
+        own_training: comparison.own_training,
         tested_on: comparison.test.name.clone(),
         tolerance: comparison.tolerance,
         same: train.fingerprint() == test.fingerprint(),
@@ -236,9 +241,10 @@ impl SequenceDetector for Timed<'_> {
 
 /// What is said below the table.
 const NOTE: &str = "\
-Rivals are tuned on the training cases alone. 95 %: bootstrap interval over stretches of five images. Median of 3: the
-fitness if each answer is the median of this frame's and the last two's. One frame: share of the errors that are gone in
-the next labelled frame of the column; longest: most frames in a row. Time: the labelled columns of an image.";
+Rivals are tuned on the cases of the first column of numbers alone. 95 %: bootstrap interval over stretches of five
+images. Median of 3: the fitness if each answer is the median of this frame's and the last two's. One frame: share of
+the errors that are gone in the next labelled frame of the column, those in the last frame of a sequence left out, for
+they have no next one; longest: most frames in a row. Time: the labelled columns of an image.";
 
 fn text(report: &Report) -> String {
     let mut out = String::new();
@@ -261,7 +267,7 @@ fn text(report: &Report) -> String {
             )
         }
     };
-    let mut headings = vec!["detector", "training"];
+    let mut headings = vec!["detector", if report.own_training { "training" } else { "tuned on" }];
     if !report.same {
         headings.push("tested");
     }

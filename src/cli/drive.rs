@@ -1,11 +1,12 @@
 //! `vsonar drive`: a program on a simulated robot, until it hits something.
 
 use std::fmt::Write as _;
-use std::io::BufWriter;
+use std::fs::File;
+use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
-use vsonar::dataset::TOLERANCE;
 use vsonar::drive::map;
 use vsonar::drive::published::PUBLISHED;
 use vsonar::drive::run::{Run, Settings, drive};
@@ -14,9 +15,11 @@ use vsonar::drive::video::Video;
 use vsonar::ir::opt;
 use vsonar::world::office::{FRAME_RATE, Kind, Office, World};
 
+use super::drive_scores::Sets;
 use super::drive_sensor::{Against, Building, Others, Sensor, kind};
 use super::drive_tables::{Report, SensorReport, Timing, line, text};
 use super::drive_view::{Ended, Meter};
+use super::eval_cases::file;
 use super::executor::with_stack;
 use super::jobs::{Cores, each_watched};
 use super::new_folder::NewFolder;
@@ -36,9 +39,10 @@ program answers for each column, the camera's geometry turns rows into distances
 about. A run ends when the body touches anything, after a minute on one spot (stuck), or when its time is over.
 `squares`: how many squares of 1 m it has been in. `in view`: what was hit had been in the picture within the last
 second. Each run starts elsewhere; runs of one number start at the same place for all. The same flags give the same
-runs, whatever the threads.
+runs, whatever the threads. With --against the table also shows how all do on labelled images.
 
-With --out the folder gets drive.json, paths.csv (sensor,run,seconds,x,y) and SENSOR-run-N.svg, a map of each run.";
+With --out the folder gets drive.json, paths.csv (sensor,run,seconds,x,y) and SENSOR-run-N.svg, a map of each run; the
+program is the sensor `program`.";
 
 /// Drive a simulated robot by a program, until it hits something
 #[derive(Debug, clap::Args)]
@@ -71,7 +75,8 @@ pub(crate) struct Args {
     /// gradient, polly, lorigo, ulrich
     #[arg(long, value_name = "LIST")]
     against: Option<Others>,
-    /// Tune the rivals on the training set of this world, nsh, fmrb or combined, instead of that of `--world`
+    /// Tune the rivals on the training set of this world, nsh, fmrb or combined [default: that of the program's run if
+    /// it was in a world, else that of `--world`]
     #[arg(long, value_name = "NAME", requires = "against")]
     tune_on: Option<World>,
     /// A folder to make, for maps and all numbers; one that exists is left alone
@@ -102,16 +107,25 @@ const VIDEO: &str = "run-1.y4m";
 /// Drives and reports.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let mut folder = args.out.as_deref().map(NewFolder::check).transpose()?;
+    if let Some(threads) = args.threads {
+        // Whatever runs on rayon's own pool does so from here on: the office, the tuning, the pictures. The pool cannot
+        // be there already, for nothing of this process has asked for it.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+        pool.map_err(|e| CliError::Failed(format!("cannot start threads: {e}; ask for fewer `--threads`")))?;
+    }
     let building = Building { kind: args.world, seed: args.seed, changed: args.changed };
     let office = building.office()?;
     let columns = args.columns.of(office.size().0)?;
-    let mut sensors = vec![program(&args.program, &office)?];
-    sensors.extend(others(&args));
-    let settings = Settings { seconds: args.minutes * 60.0, ..Settings::default() };
-    if let Some(threads) = args.threads {
-        // Pictures are rendered by all threads of the pool; a pool that is there already does as well.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+    let program_file = file(&args.program);
+    let mut sensors = vec![program(&program_file, &office)?];
+    let sets = args.against.is_some().then(|| Sets::choose(&args.program, args.world, args.tune_on));
+    let sets = sets.transpose()?;
+    if let Some(sets) = &sets {
+        sensors.extend(others(args.against.clone().unwrap_or_default(), sets));
     }
+    let scores = |sensor| sets.as_ref().map_or(Ok(None), |sets| sets.scores(sensor));
+    let scores = sensors.iter().map(scores).collect::<Result<Vec<_>, _>>()?;
+    let settings = Settings { seconds: args.minutes * 60.0, ..Settings::default() };
     let stop = interrupt::stop_flag()?;
     if let Some(folder) = &mut folder {
         folder.make()?;
@@ -121,27 +135,44 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         .collect();
     let most = (settings.seconds * FRAME_RATE).round() as u64;
     let meter = Meter::start(Style::of(args.quiet, args.json), items.len() as u64, most);
-    let drives =
-        Drives { args: &args, office: &office, columns: &columns, settings, sensors: &sensors, stop: &stop };
-    let runs = drives.all(&items, folder.as_ref(), &meter)?;
+    let drives = Drives {
+        args: &args,
+        seed: building.effective_seed(),
+        office: &office,
+        columns: &columns,
+        settings,
+        sensors: &sensors,
+        stop: &stop,
+        film_error: Mutex::default(),
+    };
+    let (runs, driven) = drives.all(&items, folder.as_ref(), &meter);
+    let film_error = drives.film_error.into_inner().unwrap_or_else(PoisonError::into_inner);
     let (real_seconds, simulated_seconds) = meter.times();
     drop(meter);
     let done: usize = runs.iter().map(Vec::len).sum();
+    // An error stops the runs as well.
+    let interrupted = stop.load(Ordering::Relaxed) && driven.is_ok() && done < items.len();
     let report = Report {
         vsonar: env!("CARGO_PKG_VERSION"),
         building: building.describe(),
+        program: program_file,
         world: args.world.name(),
-        seed: args.seed,
+        seed: building.effective_seed(),
         changed: args.changed,
         columns,
         median: args.median,
+        asked: items.len(),
+        interrupted,
         settings,
+        tuned_on: sets.map(|sets| sets.tuned_on),
         sensors: sensors
             .iter()
+            .zip(scores)
             .zip(runs)
-            .map(|(sensor, runs)| SensorReport {
-                sensor: sensor.name().to_string(),
+            .map(|((sensor, scores), runs)| SensorReport {
+                sensor: sensor.name(),
                 tuned: sensor.tuned(),
+                scores,
                 summary: Summary::of(&runs),
                 runs,
             })
@@ -149,45 +180,38 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         published: PUBLISHED,
         timing: Timing { simulated_seconds, real_seconds },
     };
+    // Neither a full disk nor a reader who has gone takes the results away from the other.
+    let (mut written, mut printed) = (Ok(()), Ok(()));
     if done > 0 {
         if let Some(folder) = folder {
-            write(&folder, &office, &report)?;
-            folder.finish()?;
+            written = write(&folder, &office, &report).and_then(|()| folder.finish());
         }
-        if args.json { output::print_json(&report)? } else { output::print(&text(&report))? }
+        printed = if args.json { output::print_json(&report) } else { output::print(&text(&report)) };
     }
-    if stop.load(Ordering::Relaxed) {
+    driven?;
+    written?;
+    film_error.map_or(Ok(()), Err)?;
+    if interrupted {
         return Err(CliError::Interrupted(format!("interrupted; {done} of {} runs had ended", items.len())));
     }
-    Ok(())
+    printed
 }
 
 /// What the program is held against, tuned where it is to be tuned.
-fn others(args: &Args) -> Vec<Sensor> {
-    let asked = args.against.clone().unwrap_or_default().0;
-    let any_rival = asked.iter().any(|one| matches!(one, Against::Rival(_)));
-    let training = any_rival.then(|| {
-        let own = match args.world {
-            Kind::Nsh => World::Nsh,
-            Kind::Fmrb => World::Fmrb,
-        };
-        args.tune_on.unwrap_or(own).training()
-    });
-    let sensor = |one: &Against| match (one, &training) {
-        (Against::Sonar, _) => Some(Sensor::Sonar),
-        (Against::Truth, _) => Some(Sensor::Truth),
-        (Against::Rival(rival), Some(set)) => Some(Sensor::Rival(Box::new(rival.tune(set, TOLERANCE)))),
-        (Against::Rival(_), None) => None,
+fn others(asked: Others, sets: &Sets) -> Vec<Sensor> {
+    let sensor = |one: Against| match one {
+        Against::Sonar => Sensor::Sonar,
+        Against::Truth => Sensor::Truth,
+        Against::Rival(rival) => Sensor::Rival(Box::new(rival.tune(&sets.training, sets.tuned_on.tolerance))),
     };
-    asked.iter().filter_map(sensor).collect()
+    asked.0.into_iter().map(sensor).collect()
 }
 
 /// The program, optimised for the office's pictures.
 fn program(path: &Path, office: &Office) -> Result<Sensor, CliError> {
-    let path = if path.is_dir() { path.join("best.gp") } else { path.to_path_buf() };
     let size = office.size();
     let program = with_stack(|| -> Result<_, CliError> {
-        let loaded = Loaded::load(&path)?;
+        let loaded = Loaded::load(path)?;
         if let Some((width, height)) = loaded.size().filter(|&own| own != size) {
             let text = format!(
                 "{} is for images of {width}x{height} pixels, but the robot's camera has {}x{}; use the .gp, or \
@@ -202,8 +226,7 @@ fn program(path: &Path, office: &Office) -> Result<Sensor, CliError> {
         }
         Ok(opt::optimise(&loaded.lowered(size)))
     })??;
-    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    Ok(Sensor::Program(name, Box::new(program)))
+    Ok(Sensor::Program(Box::new(program)))
 }
 
 /// A run of a sensor, by its place in the list.
@@ -216,60 +239,100 @@ struct Item {
 /// What all runs share.
 struct Drives<'a> {
     args: &'a Args,
+    /// That of the building, and of the noise of the sonars.
+    seed: Option<u64>,
     office: &'a Office,
     columns: &'a [u32],
     settings: Settings,
     sensors: &'a [Sensor],
     stop: &'a AtomicBool,
+    /// Why there is no video; it ends that alone.
+    film_error: Mutex<Option<CliError>>,
 }
 
 impl Drives<'_> {
-    /// The runs of each sensor, by number; some are missing if it was stopped.
+    /// The runs of each sensor, by number; some are missing if it was stopped, or failed.
     fn all(
         &self,
         items: &[Item],
         folder: Option<&NewFolder>,
         meter: &Meter,
-    ) -> Result<Vec<Vec<Run>>, CliError> {
+    ) -> (Vec<Vec<Run>>, Result<(), CliError>) {
         let cores = Cores::new(None, self.args.threads, |threads| threads);
         let mut runs = vec![Vec::new(); self.sensors.len()];
         let mut ended = Ended::default();
         let work = |item: &Item, _| self.one(*item, folder, meter);
-        each_watched(items, cores, self.stop, work, |result| {
+        let done = each_watched(items, cores, self.stop, work, |result| {
             if let Some((item, run)) = result {
                 ended.runs += 1;
                 ended.frames += (run.seconds * FRAME_RATE).round() as u64;
-                meter.say(&line(self.sensors[item.sensor].name(), &run))?;
+                let said = meter.say(&line(self.sensors[item.sensor].name(), &run));
                 runs[item.sensor].push(run);
+                // Whoever reads along may go, if what matters is in the folder.
+                if folder.is_none() {
+                    said?;
+                }
             }
             meter.show(ended);
             Ok(())
-        })?;
+        });
         for runs in &mut runs {
             runs.sort_by_key(|run| run.number);
         }
-        Ok(runs)
+        (runs, done)
     }
 
     fn one(&self, item: Item, folder: Option<&NewFolder>, meter: &Meter) -> Result<Option<Run>, CliError> {
         let Item { sensor, number } = item;
         let sensor = &self.sensors[sensor];
-        let mut source =
-            sensor.make(self.office, self.columns, self.args.median, self.args.seed.unwrap_or_default())?;
-        let filmed = self.args.video && number == 1 && matches!(sensor, Sensor::Program(..));
-        let mut video = match folder.filter(|_| filmed) {
-            Some(folder) => Some(Video::new(BufWriter::new(folder.create(VIDEO)?), self.office.size())?),
-            None => None,
-        };
+        let seed = self.seed.unwrap_or_default();
+        let mut source = sensor.make(self.office, self.columns, self.args.median, seed)?;
+        let filmed = self.args.video && number == 1 && matches!(sensor, Sensor::Program(_));
+        let folder = folder.filter(|_| filmed);
+        let mut film = folder.and_then(|folder| self.film(folder, Film::new(folder, self.office.size())));
         let run = drive(self.office, &mut *source, &self.settings, number, self.stop, |frame| {
             meter.frame();
-            video.as_mut().map_or(Ok(()), |video| video.frame(frame))
+            if let (Some(folder), Some(running)) = (folder, &mut film)
+                && let Err(error) = running.video.frame(frame)
+            {
+                film = self.film(folder, Err(folder.cannot_write(VIDEO, &error)));
+            }
+            Ok(())
         })?;
-        if let Some(video) = video {
-            let file = video.into_inner().into_inner().map_err(std::io::IntoInnerError::into_error)?;
-            file.sync_all()?;
+        if let (Some(folder), Some(film)) = (folder, film) {
+            match run {
+                Some(_) => drop(self.film(folder, film.finish(folder))),
+                // A part of a run is none.
+                None => folder.remove(VIDEO),
+            }
         }
         Ok(run)
+    }
+
+    /// What became of a step in making the video; if it failed, the file is taken away.
+    fn film<T>(&self, folder: &NewFolder, step: Result<T, CliError>) -> Option<T> {
+        step.map_err(|error| {
+            folder.remove(VIDEO);
+            self.film_error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        })
+        .ok()
+    }
+}
+
+/// The video of a run in the folder.
+struct Film {
+    video: Video<BufWriter<File>>,
+}
+
+impl Film {
+    fn new(folder: &NewFolder, size: (u32, u32)) -> Result<Film, CliError> {
+        let video = Video::new(BufWriter::new(folder.create(VIDEO)?), size);
+        Ok(Film { video: video.map_err(|error| folder.cannot_write(VIDEO, &error))? })
+    }
+
+    fn finish(self, folder: &NewFolder) -> Result<(), CliError> {
+        let file = self.video.into_inner().into_inner().map_err(io::IntoInnerError::into_error);
+        file.and_then(|file| file.sync_all()).map_err(|error| folder.cannot_write(VIDEO, &error))
     }
 }
 
@@ -282,7 +345,7 @@ fn write(folder: &NewFolder, office: &Office, report: &Report) -> Result<(), Cli
             for (i, (x, y)) in run.path.iter().enumerate() {
                 let seconds = (i as f64 / 2.0).min(run.seconds);
                 // Writing to a string cannot fail.
-                let _ = writeln!(paths, "{},{},{seconds},{x:.3},{y:.3}", quoted(sensor), run.number);
+                let _ = writeln!(paths, "{sensor},{},{seconds},{x:.3},{y:.3}", run.number);
             }
             let caption = format!("{}: {}", report.building, line(sensor, run));
             let map = map::svg(office, run, report.settings.body.radius, &caption);
@@ -290,13 +353,4 @@ fn write(folder: &NewFolder, office: &Office, report: &Report) -> Result<(), Cli
         }
     }
     folder.write("paths.csv", paths.as_bytes())
-}
-
-/// A field of CSV.
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_string()
-    }
 }

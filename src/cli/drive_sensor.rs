@@ -62,8 +62,8 @@ impl FromStr for Others {
 /// One that drives.
 #[derive(Debug, Clone)]
 pub(crate) enum Sensor {
-    /// A program, optimised, with the name of its file.
-    Program(String, Box<Program>),
+    /// The program, optimised.
+    Program(Box<Program>),
     /// A ring of ideal sonars.
     Sonar,
     /// The true rows.
@@ -74,9 +74,9 @@ pub(crate) enum Sensor {
 
 impl Sensor {
     /// Its name in tables and files.
-    pub(crate) fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &'static str {
         match self {
-            Sensor::Program(name, _) => name,
+            Sensor::Program(_) => "program",
             Sensor::Sonar => Against::Sonar.name(),
             Sensor::Truth => Against::Truth.name(),
             Sensor::Rival(tuned) => tuned.rival().name(),
@@ -87,7 +87,7 @@ impl Sensor {
     pub(crate) fn tuned(&self) -> Option<String> {
         match self {
             Sensor::Rival(tuned) => Some(tuned.describe()),
-            Sensor::Program(..) | Sensor::Sonar | Sensor::Truth => None,
+            Sensor::Program(_) | Sensor::Sonar | Sensor::Truth => None,
         }
     }
 
@@ -101,7 +101,7 @@ impl Sensor {
     ) -> Result<Box<dyn RangeSource>, CliError> {
         let columns = columns.to_vec();
         Ok(match self {
-            Sensor::Program(_, program) => {
+            Sensor::Program(program) => {
                 let detector = CompiledDetector::compile(program)?;
                 Box::new(Camera::with(Box::new(detector), office, columns, median))
             }
@@ -124,26 +124,27 @@ pub(crate) struct Building {
 
 impl Building {
     pub(crate) fn office(self) -> Result<Office, CliError> {
-        let Building { kind, seed, changed } = self;
-        Ok(match (seed, changed) {
-            (None, false) => Office::preset(kind),
+        let Building { kind, changed, .. } = self;
+        Ok(match (self.effective_seed(), changed) {
+            (None, _) => Office::preset(kind),
             (Some(seed), false) => Office::new(kind, seed),
-            (seed, true) => {
-                let seed = seed.unwrap_or(1);
+            (Some(seed), true) => {
                 Office::build(&Plan::generate(kind, seed, true), &Setup::default().varied(seed), seed)?
             }
         })
     }
 
+    /// The seed that counts; none for the building of the world's training set.
+    pub(crate) fn effective_seed(self) -> Option<u64> {
+        self.seed.or(self.changed.then_some(1))
+    }
+
     /// In words.
     pub(crate) fn describe(self) -> String {
-        let which = match (self.seed, self.changed) {
-            (None, false) => "the building trained in".to_string(),
-            (seed, changed) => {
-                let changed = if changed { ", changed" } else { "" };
-                format!("building {}{changed}", seed.unwrap_or(1))
-            }
-        };
+        let which = self.effective_seed().map_or_else(
+            || "the building trained in".to_string(),
+            |seed| format!("building {seed}{}", if self.changed { ", changed" } else { "" }),
+        );
         format!("{}, {which}", self.kind.name())
     }
 }

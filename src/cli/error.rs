@@ -52,6 +52,9 @@ impl CliError {
             CliError::Negative => return ExitCode::from(1),
             CliError::Closed => return ExitCode::SUCCESS,
         };
+        // Names of files may hold what a terminal would take for commands.
+        let shown = |c: char| if c.is_control() && c != '\n' { '?' } else { c };
+        let text: String = text.chars().map(shown).collect();
         // If standard error is closed, the exit code has to do.
         let _ = io::stderr().write_all(text.as_bytes());
         ExitCode::from(code)

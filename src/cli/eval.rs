@@ -85,7 +85,7 @@ pub(crate) struct Args {
 
 fn tolerance_help() -> String {
     format!(
-        "An answer is correct within this many rows of the label; of a run folder, by default, as many as its settings say \
+        "An answer is correct within this many rows of the label; for a program in a run folder, by default, as many as the run's settings say \
          [default: {TOLERANCE}]"
     )
 }
@@ -227,7 +227,9 @@ fn compare(
     if program.is_some() {
         args.memory.check([&test.set, &train.set])?;
     }
-    let comparison = Comparison { program, executor: &*executor, train: &train, test: &test, tolerance };
+    let own_training = args.tune_on.is_none();
+    let comparison =
+        Comparison { program, executor: &*executor, train: &train, own_training, test: &test, tolerance };
     against::run(&comparison, rivals, args.json)
 }
 
@@ -305,15 +307,18 @@ fn text(report: &Report) -> String {
 /// How long errors last, for people.
 fn lasting(transience: &Transience) -> String {
     let median = format!("With a median over three frames: {}", percent(transience.median_fitness));
-    let Some((longest, single)) = transience.longest.as_ref().zip(transience.single_of_errors) else {
-        return median;
-    };
+    let Some(longest) = transience.longest.as_ref() else { return median };
+    let single =
+        transience.single_of_errors.map_or_else(|| "none of which it can be told".to_string(), percent);
     let frames = count(longest.frames as u64, "labelled frame");
+    let undecided = match transience.undecided {
+        0 => String::new(),
+        n => format!("; {n} in the last frame of a sequence count neither way"),
+    };
     format!(
-        "Errors that are gone in the next labelled frame: {}; the longest lasts {frames}: column {} from {} on\n{median}",
-        percent(single),
-        longest.column,
-        longest.image
+        "Errors that are gone in the next labelled frame: {single}{undecided}; the longest lasts {frames}: column {} from \
+         {} on\n{median}",
+        longest.column, longest.image
     )
 }
 

@@ -45,7 +45,7 @@ pub(super) fn file(program: &Path) -> PathBuf {
 }
 
 /// The folder of the run that a program is of, if it is given as its folder or is in it.
-fn run_of(program: &Path) -> Option<PathBuf> {
+pub(super) fn run_of(program: &Path) -> Option<PathBuf> {
     let folder = if program.is_dir() { program } else { program.parent()? };
     folder.join("settings.toml").is_file().then(|| folder.to_path_buf())
 }
@@ -78,7 +78,12 @@ pub(super) fn what(args: &Args) -> Result<What, CliError> {
     };
     let Some(run) = run else {
         let Some(Named { name, set }) = data else { return Err(no_data(program)) };
-        return Ok(What { set, name, tolerance: args.tolerance.unwrap_or(TOLERANCE), train: tune_on });
+        let own = || program.and_then(run_of).map(|run| tolerance_of_run(&run)).transpose();
+        let tolerance = match args.tolerance {
+            Some(tolerance) => tolerance,
+            None => own()?.unwrap_or(TOLERANCE),
+        };
+        return Ok(What { set, name, tolerance, train: tune_on });
     };
     let (cases, settings) = cases_of_run(&run)?;
     let name = |part: RunPart| format!("the {} images of {}", part.name(), run.display());
@@ -92,6 +97,11 @@ pub(super) fn what(args: &Args) -> Result<What, CliError> {
     };
     let tolerance = args.tolerance.unwrap_or(settings.tolerance);
     Ok(What { set, name, tolerance, train: train.or(tune_on) })
+}
+
+/// What counts as correct in a run.
+fn tolerance_of_run(run: &Path) -> Result<f64, CliError> {
+    Ok(SettingsFile::read(&run.join("settings.toml"))?.recorded()?.tolerance)
 }
 
 /// Nothing says which images.

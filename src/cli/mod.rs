@@ -14,6 +14,7 @@ mod completions;
 mod data;
 mod data_args;
 mod drive;
+mod drive_scores;
 mod drive_sensor;
 mod drive_tables;
 mod drive_view;

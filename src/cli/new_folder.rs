@@ -51,6 +51,17 @@ impl NewFolder {
         created.map_err(|e| CliError::file(&self.path.join(name), "write the file", &e))
     }
 
+    /// Takes a file away again, if it is there.
+    pub(crate) fn remove(&self, name: &str) {
+        // What cannot be removed now goes with the folder, or stays.
+        let _ = fs::remove_file(self.part.join(name));
+    }
+
+    /// A file in it that could not be written.
+    pub(crate) fn cannot_write(&self, name: &str, error: &io::Error) -> CliError {
+        CliError::file(&self.path.join(name), "write the file", error)
+    }
+
     pub(crate) fn finish(mut self) -> Result<(), CliError> {
         let moved = match self.path.symlink_metadata() {
             Ok(_) => Err(io::Error::new(io::ErrorKind::AlreadyExists, "something of this name has appeared")),

@@ -231,7 +231,8 @@ mod tests {
 
     fn report(runs: Vec<One>) -> Report {
         let source = Source::Synthetic(toml::from_str("").expect("all fields have defaults"));
-        Report::of(runs, &source)
+        let asked = runs.len();
+        Report::of(runs, &source, asked)
     }
 
     #[test]

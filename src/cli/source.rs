@@ -98,6 +98,32 @@ impl Recorded {
             _ => Ok(()),
         }
     }
+
+    /// All pictures of a world, the usual building held out.
+    pub(crate) fn of(name: World) -> Recorded {
+        let (validation_building, holdout_building) = (validation_office(), other_office());
+        Recorded { name, validation_building, holdout_building, frames: None }
+    }
+
+    /// The world.
+    pub(crate) fn world(&self) -> World {
+        self.name
+    }
+
+    /// The building that is held out.
+    pub(crate) fn holdout_building(&self) -> u64 {
+        self.holdout_building
+    }
+
+    /// The pictures to train on.
+    pub(crate) fn training(&self) -> Result<Dataset, CliError> {
+        Ok(self.name.recorded(None, false, self.frames)?)
+    }
+
+    /// Those that are held out.
+    pub(crate) fn held_out(&self) -> Result<Dataset, CliError> {
+        Ok(self.name.recorded(Some(self.holdout_building), false, self.frames)?)
+    }
 }
 
 fn validation_office() -> u64 {
@@ -150,8 +176,7 @@ impl Source {
 
     /// A synthetic office: its recording to train on, one other building that chooses the winner, one that is held out.
     pub(crate) fn world(name: World) -> Source {
-        let (validation_building, holdout_building) = (validation_office(), other_office());
-        Source::World(Recorded { name, validation_building, holdout_building, frames: None })
+        Source::World(Recorded::of(name))
     }
 
     /// As the table `[data]`, for a run with these cases.
@@ -373,15 +398,12 @@ impl Source {
                 let validation = s.validation_building.map(render).transpose()?;
                 Ok(Cases { train, validation, holdout: Some(render(s.holdout_building)?), left_out: 0 })
             }
-            Source::World(w) => {
-                let recorded = |building| w.name.recorded(building, false, w.frames);
-                Ok(Cases {
-                    train: recorded(None)?,
-                    validation: Some(recorded(Some(w.validation_building))?),
-                    holdout: Some(recorded(Some(w.holdout_building))?),
-                    left_out: 0,
-                })
-            }
+            Source::World(w) => Ok(Cases {
+                train: w.training()?,
+                validation: Some(w.name.recorded(Some(w.validation_building), false, w.frames)?),
+                holdout: Some(w.held_out()?),
+                left_out: 0,
+            }),
             Source::Folder(f) => f.load(),
         }
     }

@@ -56,7 +56,7 @@ pub use save::SaveError;
 pub use sequence::Sequence;
 pub use split::SplitError;
 pub use transform::{NothingLeft, Transform};
-pub use transience::{Episode, Transience};
+pub use transience::{Episode, Lasting, Transience};
 pub use variation::Variation;
 
 /// An image and the name it has in `labels.csv`.

@@ -5,7 +5,8 @@
 //! are followed through the frames of a sequence: wrong frames in a row are one episode.
 //!
 //! A frame is a labelled frame: where a data set has every tenth image of a video, an error of one frame may have lasted
-//! for up to twenty images. And a column is followed through those frames of a sequence in which it is labelled.
+//! for up to twenty images. And a column is followed through those frames of a sequence in which it is labelled. An error
+//! that begins in the last of them has no next frame: nobody can tell whether it lasts, so it is counted apart.
 
 use std::collections::BTreeMap;
 
@@ -14,6 +15,58 @@ use vsonar_ir::machine::Scalar;
 
 use super::Dataset;
 use crate::camera::ground::median_of_three;
+
+/// Wrong answers by how long they last, for sequences of any origin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Lasting {
+    /// Errors: wrong answers.
+    pub errors: usize,
+    /// Runs of them in consecutive frames of a column.
+    pub episodes: usize,
+    /// Those that last a single frame.
+    pub single: usize,
+    /// Those that begin in the last frame of a sequence: neither transient nor lasting.
+    pub undecided: usize,
+    /// Frames of the longest.
+    pub longest: usize,
+}
+
+impl Lasting {
+    /// Counts an episode of so many frames, which ends with its sequence or before. One of no frames is none.
+    pub fn episode(&mut self, frames: usize, ends_with_sequence: bool) {
+        self.errors += frames;
+        self.episodes += usize::from(frames > 0);
+        self.single += usize::from(frames == 1 && !ends_with_sequence);
+        self.undecided += usize::from(frames == 1 && ends_with_sequence);
+        self.longest = self.longest.max(frames);
+    }
+
+    /// Both together.
+    pub fn and(self, other: Lasting) -> Lasting {
+        Lasting {
+            errors: self.errors + other.errors,
+            episodes: self.episodes + other.episodes,
+            single: self.single + other.single,
+            undecided: self.undecided + other.undecided,
+            longest: self.longest.max(other.longest),
+        }
+    }
+
+    /// Share of the errors that last a single frame, 0 to 1, of those of which it can be told; none without any.
+    pub fn single_of_errors(&self) -> Option<f64> {
+        self.share(self.errors)
+    }
+
+    /// Share of the episodes that do.
+    pub fn single_of_episodes(&self) -> Option<f64> {
+        self.share(self.episodes)
+    }
+
+    fn share(&self, of: usize) -> Option<f64> {
+        let decided = of - self.undecided;
+        (decided > 0).then(|| self.single as f64 / decided as f64)
+    }
+}
 
 /// How long errors last.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -24,7 +77,9 @@ pub struct Transience {
     pub episodes: usize,
     /// Those that last a single frame; as each is one wrong answer, also the errors that do.
     pub single: usize,
-    /// Share of the errors that last a single frame, 0 to 1; none without errors.
+    /// Those that begin in the last frame of a sequence, which has no next one: they are no part of the shares.
+    pub undecided: usize,
+    /// Share of the errors that last a single frame, 0 to 1; none without errors of which it can be told.
     pub single_of_errors: Option<f64>,
     /// Share of the episodes that do.
     pub single_of_episodes: Option<f64>,
@@ -75,6 +130,7 @@ impl Transience {
             errors: 0,
             episodes: 0,
             single: 0,
+            undecided: 0,
             single_of_errors: None,
             single_of_episodes: None,
             longest: None,
@@ -86,28 +142,29 @@ impl Transience {
             answer.is_finite() && (f64::from(answer) - label).abs() <= tolerance
         };
         let series = series(set);
+        let mut lasting = Lasting::default();
         for cases in &series {
             let medians = medians(cases.iter().map(|&case| answers[case]));
             found.median_correct +=
                 cases.iter().zip(medians).filter(|&(&case, row)| correct(row, case)).count();
             if cases.len() > 1 {
                 for episode in cases.split(|&case| correct(answers[case], case)) {
-                    found.add(set, episode);
+                    lasting.episode(episode.len(), episode.last() == cases.last());
+                    found.lengthen(set, episode);
                 }
             }
         }
-        let single = |of: usize| (of > 0).then(|| found.single as f64 / of as f64);
-        (found.single_of_errors, found.single_of_episodes) = (single(found.errors), single(found.episodes));
+        (found.errors, found.episodes) = (lasting.errors, lasting.episodes);
+        (found.single, found.undecided) = (lasting.single, lasting.undecided);
+        found.single_of_errors = lasting.single_of_errors();
+        found.single_of_episodes = lasting.single_of_episodes();
         found.median_fitness = found.median_correct as f64 / answers.len() as f64;
         series.iter().any(|cases| cases.len() > 1).then_some(found)
     }
 
-    fn add(&mut self, set: &Dataset, episode: &[usize]) {
+    fn lengthen(&mut self, set: &Dataset, episode: &[usize]) {
         let Some(&first) = episode.first() else { return };
         let frames = episode.len();
-        self.errors += frames;
-        self.episodes += 1;
-        self.single += usize::from(frames == 1);
         if self.longest.as_ref().is_none_or(|longest| longest.frames < frames) {
             let case = set.cases()[first];
             let image = set.images()[case.image].name.clone();
@@ -190,6 +247,20 @@ mod tests {
         assert_eq!(found.median_correct, 7 + 5);
         let right = Transience::of(&set, &[8.0; 14], 2.0).expect("a sequence");
         assert_eq!((right.errors, right.longest.as_ref(), right.single_of_errors), (0, None, None));
+    }
+
+    #[test]
+    fn an_error_in_the_last_frame_is_neither_transient_nor_lasting() {
+        let set = set(&["a_1.png", "a_2.png", "a_3.png"]);
+        // One that is over, one that has just begun; and one that has gone on for two frames, which can be told.
+        let answers = [[0.0, 8.0], [8.0, 0.0], [0.0, 0.0]];
+        let found = Transience::of(&set, answers.as_flattened(), 1.0).expect("a sequence");
+        assert_eq!((found.errors, found.episodes, found.single, found.undecided), (4, 3, 1, 1));
+        assert_eq!((found.single_of_errors, found.single_of_episodes), (Some(1.0 / 3.0), Some(0.5)));
+        let answers = [[8.0, 8.0], [8.0, 8.0], [0.0, 8.0]];
+        let found = Transience::of(&set, answers.as_flattened(), 1.0).expect("a sequence");
+        assert_eq!((found.errors, found.undecided, found.single_of_errors), (1, 1, None));
+        assert_eq!(found.longest.map(|longest| longest.frames), Some(1));
     }
 
     #[test]

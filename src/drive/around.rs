@@ -1,7 +1,7 @@
 //! What a robot knows to be around it: points in its own frame, and how far it can go among them.
 
 use super::robot::chord;
-use super::wander::{Reach, Reading};
+use super::wander::{Reach, Reading, View};
 use crate::detector::Motion;
 
 /// A point of an obstacle.
@@ -47,19 +47,18 @@ impl Around {
         }
     }
 
-    /// Takes in what the sensor sees and forgets what is out of date: a point in view after `fresh` seconds, another
-    /// after `memory`.
-    pub(super) fn seen(&mut self, readings: &[Reading], ahead: f64, (fresh, memory): (f64, f64), far: f64) {
-        let known = readings.iter().filter(|reading| reading.reach != Reach::Unknown);
-        let (right, left) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(right, left), reading| {
-            (right.min(reading.bearing), left.max(reading.bearing))
-        });
+    /// Takes in what the sensor, so far ahead of the body's centre and with such a view, sees, and forgets what is out of
+    /// date: a point in view after `fresh` seconds, another after `memory`.
+    pub(super) fn seen(
+        &mut self,
+        readings: &[Reading],
+        (ahead, view): (f64, &View),
+        (fresh, memory): (f64, f64),
+        far: f64,
+    ) {
         self.points.retain(|point| {
-            let (x, y) = (point.x - ahead, point.y);
-            let bearing = libm::atan2(y, x);
-            let in_view = x > BLIND && (right..=left).contains(&bearing);
-            let distance = libm::hypot(point.x, point.y);
-            point.age <= (if in_view { fresh } else { memory }) && distance < far
+            let most = if view.holds(point.x - ahead, point.y) { fresh } else { memory };
+            point.age <= most && libm::hypot(point.x, point.y) < far
         });
         for reading in readings {
             if let Reach::Obstacle(distance) = reading.reach
@@ -103,8 +102,6 @@ impl Around {
     }
 }
 
-/// Nearer to the sensor than this, in metres ahead of it, nothing is in view.
-const BLIND: f64 = 0.1;
 /// How much nearer the body may come to a point within its margin: what rounding and noise make of nothing.
 const SLACK: f64 = 0.003;
 /// How much of an arc counts for what is beside it, in metres.
@@ -157,8 +154,12 @@ fn polar(&Point { x, y, .. }: &Point, curvature: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::Camera;
+    use crate::camera::ground::Ground;
     use crate::drive::robot::moved;
-    use crate::world::office::Place;
+    use crate::world::office::{Kind, Office, Place};
+
+    const FAN: View = View::Fan { half_angle: 0.6, farthest: 3.0 };
 
     fn at(x: f64, y: f64) -> Point {
         Point { x, y, age: 0.0 }
@@ -189,7 +190,7 @@ mod tests {
     fn points_stay_where_they_are_while_the_robot_moves() {
         let mut around = Around::new();
         let reading = Reading { bearing: 0.3, reach: Reach::Obstacle(1.0) };
-        around.seen(&[reading], 0.28, (1.0, 5.0), 3.0);
+        around.seen(&[reading], (0.28, &FAN), (1.0, 5.0), 3.0);
         let Point { x, y, .. } = around.points[0];
         let mut place = Place { x: 0.0, y: 0.0, heading: 0.0 };
         for (forward, turn) in [(0.3, 0.2), (0.0, -1.2), (-0.2, 0.7)] {
@@ -207,15 +208,62 @@ mod tests {
         let free = [-0.6, 0.6].map(|bearing| Reading { bearing, reach: Reach::Free(3.0) });
         for (bearing, left_after) in [(0.1, 0), (1.5, 1)] {
             let mut around = Around::new();
-            around.seen(&[Reading { bearing, reach: Reach::Obstacle(0.5) }], 0.28, (0.3, 3.0), 3.0);
+            around.seen(&[Reading { bearing, reach: Reach::Obstacle(0.5) }], (0.28, &FAN), (0.3, 3.0), 3.0);
             for _ in 0..5 {
                 around.moved(Motion::default(), 0.1);
-                around.seen(&free, 0.28, (0.3, 3.0), 3.0);
+                around.seen(&free, (0.28, &FAN), (0.3, 3.0), 3.0);
             }
             assert_eq!(around.points.len(), left_after, "{bearing}");
             around.moved(Motion::default(), 3.0);
-            around.seen(&free, 0.28, (0.3, 3.0), 3.0);
+            around.seen(&free, (0.28, &FAN), (0.3, 3.0), 3.0);
             assert!(around.points.is_empty());
+        }
+    }
+
+    /// What a camera's columns 13, 160 and 306 say, of the office's camera, when these are their rows.
+    fn seen_by_camera(around: &mut Around, camera: Camera, rows: [f32; 3]) {
+        let size = (320, 240);
+        let ground = Ground::new(&camera, size.0, size.1);
+        let reading = |(column, row)| Reading::from(ground.locate(column, row));
+        let readings = [13, 160, 306].into_iter().zip(rows).map(reading);
+        let view = View::Picture { camera, size };
+        around.moved(Motion::default(), 0.1);
+        around.seen(&readings.collect::<Vec<_>>(), (0.28, &view), (0.5, 4.0), 3.0);
+    }
+
+    #[test]
+    fn what_one_frame_of_a_camera_says_is_gone_soon_in_every_column() {
+        let camera = Office::new(Kind::Fmrb, 1).camera();
+        // A column's bearing depends on its row, so that of a false row may be beyond that of the true ones.
+        for (wrong, row) in (0..3).flat_map(|wrong| [60.0, 120.0, 200.0, 238.0].map(|row| (wrong, row))) {
+            for true_row in [0.0, 30.0, 150.0, 230.0] {
+                let mut around = Around::new();
+                let mut rows = [true_row; 3];
+                rows[wrong] = row;
+                seen_by_camera(&mut around, camera, rows);
+                let [x, y] = around.points.iter().find(|_| true).map_or([9.0; 2], |p| [p.x, p.y]);
+                assert!(libm::hypot(x, y) < 3.0, "{wrong} {row}: it is seen");
+                for _ in 0..6 {
+                    seen_by_camera(&mut around, camera, [0.0; 3]);
+                }
+                assert!(around.points.is_empty(), "{wrong} {row} after {true_row}: {:?}", around.points);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_below_the_picture_or_beside_it_is_remembered() {
+        let camera = Office::new(Kind::Fmrb, 1).camera();
+        for (x, y) in [(0.28, 0.0), (0.2, 0.3), (0.28, -0.4), (-0.3, 0.0), (0.6, 1.5)] {
+            assert!(!View::Picture { camera, size: (320, 240) }.holds(x - 0.28, y), "{x} {y}");
+            // What is near is seen in wider directions: it does not make the picture any wider.
+            for row in [0.0, 238.0] {
+                let mut around = Around { points: vec![at(x, y)] };
+                for _ in 0..30 {
+                    seen_by_camera(&mut around, camera, [row; 3]);
+                }
+                assert_eq!(around.points.iter().filter(|p| p.age > 2.9).count(), 1, "{x} {y} {row}");
+            }
         }
     }
 }

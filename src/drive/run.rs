@@ -14,6 +14,8 @@ use crate::world::office::{CAMERA_AHEAD, FRAME_RATE, Moment, Nearest, Office, Pl
 
 /// Steps of the wheels between two frames: 50 a second.
 const STEPS: u32 = 5;
+/// Frames from one place of a path to the next: two places a second.
+const PATH: u64 = 5;
 /// It is stuck if in so many seconds it has not left a circle of this radius in metres.
 const STUCK: (f64, f64) = (60.0, 0.5);
 /// Slower than this, in m/s, it stands still, and what hits it has walked into it.
@@ -141,12 +143,9 @@ pub fn drive(
     let mut robot = Robot::new(settings.body, office.start(number));
     let seed = settings.wander.seed.wrapping_add(number);
     let sensor_ahead = source.ahead();
-    let mut wander = Wander::new(wander::Settings {
-        body_radius: settings.body.radius,
-        sensor_ahead,
-        seed,
-        ..settings.wander
-    });
+    let body_radius = settings.body.radius;
+    let controller = wander::Settings { body_radius, sensor_ahead, seed, ..settings.wander };
+    let mut wander = Wander::new(controller, source.view());
     let mut grabber = office.grabber(number);
     let mut crowd = office.crowd();
     let mut odometer = Odometer::new(robot.place());
@@ -165,7 +164,7 @@ pub fn drive(
         let picture = picture.as_ref();
         source.readings(&Sight { moment: &moment, place: &place, picture, motion }, &mut readings)?;
         if let Some(rows) = source.rows() {
-            counter.frame(rows, |column| moment.label(&place, column));
+            counter.frame(rows, &moment.labels(&place, rows.columns.iter().copied()));
         }
         watch(&Frame { number: frame, place, picture, rows: source.rows(), metres: odometer.metres })?;
         let command = wander.steer(&readings, motion.unwrap_or_default(), 1.0 / FRAME_RATE);
@@ -183,6 +182,9 @@ pub fn drive(
             path: odometer.path,
         };
         if odometer.is_stuck() {
+            if !frame.is_multiple_of(PATH) {
+                odometer.path.push((place.x, place.y));
+            }
             return Ok(Some(ended(odometer, End::Stuck, None, frame)));
         }
         let mut moved = Motion::default();
@@ -212,6 +214,7 @@ pub fn drive(
         }
         motion = Some(moved);
     }
+    odometer.path.push((robot.place().x, robot.place().y));
     let accuracy = source.rows().map(|_| counter.finish());
     let (metres, path) = (odometer.metres, odometer.path);
     let seconds = frames as f64 / FRAME_RATE;
@@ -271,7 +274,7 @@ impl<'a> Odometer<'a> {
             self.recent.pop_front();
         }
         self.recent.push_back((moment, place));
-        if ((time * FRAME_RATE).round() as u64).is_multiple_of(5) {
+        if ((time * FRAME_RATE).round() as u64).is_multiple_of(PATH) {
             self.path.push((place.x, place.y));
         }
         if libm::hypot(place.x - self.left.1.x, place.y - self.left.1.y) > STUCK.1 {
@@ -287,7 +290,7 @@ impl<'a> Odometer<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::wander::{Reach, Reading};
+    use crate::drive::wander::{Reach, Reading, View};
     use crate::world::office::Kind;
 
     /// Says the same all the time.
@@ -300,6 +303,10 @@ mod tests {
 
         fn sees(&self) -> bool {
             false
+        }
+
+        fn view(&self) -> View {
+            View::Fan { half_angle: 0.4, farthest: 5.0 }
         }
 
         fn restart(&mut self, _: u64) {}
@@ -351,6 +358,10 @@ mod tests {
     fn time_is_over_and_ctrl_c_is_heard() {
         let run = driven(Reach::Unknown, 3.0);
         assert_eq!((run.end, run.seconds), (End::Limit, 3.0));
+        let run = driven(Reach::Free(5.0), 1.7);
+        assert_eq!((run.end, run.path.len()), (End::Limit, 5), "twice a second, and where it was at the end");
+        let way: f64 = run.path.windows(2).map(|w| libm::hypot(w[1].0 - w[0].0, w[1].1 - w[0].1)).sum();
+        assert!((way / run.metres - 1.0).abs() < 0.02, "{way} {}", run.metres);
         let office = Office::new(Kind::Fmrb, 1);
         let stopped = drive(
             &office,

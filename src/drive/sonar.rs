@@ -5,7 +5,7 @@
 //! and all cones at once.
 
 use super::source::{RangeSource, Rows, Sight};
-use super::wander::{Reach, Reading};
+use super::wander::{Reach, Reading, View};
 use crate::detector::DetectError;
 use crate::world::noise::{Stream, normal};
 
@@ -41,6 +41,10 @@ impl RangeSource for Sonar {
 
     fn sees(&self) -> bool {
         false
+    }
+
+    fn view(&self) -> View {
+        View::Fan { half_angle: CONE * f64::from(BEAMS) / 2.0, farthest: FARTHEST }
     }
 
     fn restart(&mut self, run: u64) {

@@ -2,7 +2,7 @@
 
 use image::GrayImage;
 
-use super::wander::Reading;
+use super::wander::{Reading, View};
 use crate::camera::ground::{Ground, median_of_three};
 use crate::detector::{DetectError, Motion, SequenceDetector};
 use crate::ir::machine::Scalar;
@@ -40,6 +40,9 @@ pub trait RangeSource: Send {
     /// Whether it needs pictures.
     fn sees(&self) -> bool;
 
+    /// The floor that it sees.
+    fn view(&self) -> View;
+
     /// Another run begins, of this number.
     fn restart(&mut self, run: u64);
 
@@ -64,6 +67,7 @@ trait Eye: Send {
 pub struct Camera {
     eye: Box<dyn Eye>,
     ground: Ground,
+    view: View,
     rows: Rows,
     /// With a median the last answer of each column and the one before; NaN at first.
     before: Option<Vec<[f32; 2]>>,
@@ -76,6 +80,7 @@ impl Camera {
         Camera {
             eye,
             ground: Ground::new(&office.camera(), width, height),
+            view: View::Picture { camera: office.camera(), size: (width, height) },
             before: median.then(|| vec![[f32::NAN; 2]; columns.len()]),
             rows: Rows { columns, believed: nothing.clone(), answers: nothing },
         }
@@ -131,9 +136,8 @@ impl Eye for Truth {
     fn restart(&mut self) {}
 
     fn look(&mut self, sight: &Sight<'_>, columns: &[u32], rows: &mut [f32]) -> Result<(), DetectError> {
-        for (row, &column) in rows.iter_mut().zip(columns) {
-            *row = sight.moment.label(sight.place, column) as f32;
-        }
+        let labels = sight.moment.labels(sight.place, columns.iter().copied());
+        rows.iter_mut().zip(labels).for_each(|(row, label)| *row = label as f32);
         Ok(())
     }
 }
@@ -145,6 +149,10 @@ impl RangeSource for Camera {
 
     fn sees(&self) -> bool {
         self.eye.needs_picture()
+    }
+
+    fn view(&self) -> View {
+        self.view
     }
 
     fn restart(&mut self, _: u64) {

@@ -25,9 +25,9 @@
 //!
 //! ```
 //! use vsonar::detector::Motion;
-//! use vsonar::drive::wander::{Reach, Reading, Settings, Wander};
+//! use vsonar::drive::wander::{Reach, Reading, Settings, View, Wander};
 //!
-//! let mut wander = Wander::new(Settings::default());
+//! let mut wander = Wander::new(Settings::default(), View::Fan { half_angle: 0.6, farthest: 3.0 });
 //! let bearings = [-0.6, -0.3, 0.0, 0.3, 0.6];
 //! let open = bearings.map(|bearing| Reading { bearing, reach: Reach::Free(3.0) });
 //! let command = wander.steer(&open, Motion::default(), 0.1);
@@ -39,6 +39,7 @@
 //! ```
 
 use super::around::{Around, Way};
+use crate::camera::Camera;
 use crate::camera::ground::{Range, Status};
 use crate::detector::Motion;
 use crate::world::noise::Stream;
@@ -72,6 +73,41 @@ impl From<Range> for Reading {
             Status::Invalid => Reach::Unknown,
         };
         Reading { bearing: f64::from(range.bearing), reach }
+    }
+}
+
+/// The floor that a sensor sees, from where it stands. What is remembered there is forgotten unless it is seen again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum View {
+    /// What is inside the picture of a camera, whose width and height are in pixels.
+    Picture {
+        /// The camera.
+        camera: Camera,
+        /// Width and height.
+        size: (u32, u32),
+    },
+    /// What is in a fan of directions.
+    Fan {
+        /// How far it reaches to either side of straight ahead, in radians.
+        half_angle: f64,
+        /// How far away it ends, in metres.
+        farthest: f64,
+    },
+}
+
+impl View {
+    /// Whether a place so many metres ahead of the sensor and to the left of it is in view.
+    pub fn holds(&self, ahead: f64, left: f64) -> bool {
+        match *self {
+            View::Picture { camera, size } => {
+                let inside = |at: f64, size: u32| (-0.5..f64::from(size) - 0.5).contains(&at);
+                let seen = camera.project(size, ahead, left);
+                seen.is_some_and(|(column, row)| inside(column, size.0) && inside(row, size.1))
+            }
+            View::Fan { half_angle, farthest } => {
+                libm::atan2(left, ahead).abs() <= half_angle && libm::hypot(ahead, left) <= farthest
+            }
+        }
     }
 }
 
@@ -151,6 +187,7 @@ enum Doing {
 #[derive(Debug, Clone)]
 pub struct Wander {
     settings: Settings,
+    view: View,
     around: Around,
     doing: Doing,
     chance: Stream,
@@ -182,10 +219,11 @@ const ABOUT: f64 = 2.6;
 const LEAST: f64 = 0.35;
 
 impl Wander {
-    /// A controller that has seen nothing yet.
-    pub fn new(settings: Settings) -> Wander {
+    /// A controller that has seen nothing yet, of a robot whose sensor sees this much.
+    pub fn new(settings: Settings, view: View) -> Wander {
         Wander {
             settings,
+            view,
             around: Around::new(),
             doing: Doing::Driving,
             chance: Stream::new(settings.seed, 11),
@@ -213,7 +251,7 @@ impl Wander {
     pub fn steer(&mut self, readings: &[Reading], motion: Motion, seconds: f64) -> Command {
         let Settings { sensor_ahead, fresh, memory, horizon, .. } = self.settings;
         self.around.moved(motion, seconds);
-        self.around.seen(readings, sensor_ahead, (fresh, memory), horizon + 1.0);
+        self.around.seen(readings, (sensor_ahead, &self.view), (fresh, memory), horizon + 1.0);
         for (metres, ago) in &mut self.blocked {
             *metres += motion.forward.abs();
             *ago += seconds;
@@ -325,6 +363,9 @@ mod tests {
 
     const BEARINGS: [f64; 13] = [-0.9, -0.75, -0.6, -0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9];
 
+    /// What they look at.
+    const FAN: View = View::Fan { half_angle: 0.9, farthest: 5.0 };
+
     /// A wander through a hall with exact ranges from where the camera would be.
     struct Walk {
         hall: Geometry,
@@ -336,7 +377,7 @@ mod tests {
     impl Walk {
         fn new(rooms: &[Room], solids: Vec<Solid>, (x, y, heading): (f64, f64, f64), seed: u64) -> Walk {
             let robot = Robot::new(Body::default(), Place { x, y, heading });
-            let wander = Wander::new(Settings { seed, ..Settings::default() });
+            let wander = Wander::new(Settings { seed, ..Settings::default() }, FAN);
             let hall = Geometry::new(rooms, solids, 2.5);
             Walk { hall, robot, wander, motion: Motion::default() }
         }
@@ -379,7 +420,7 @@ mod tests {
 
     #[test]
     fn where_all_is_free_it_goes_at_full_speed_and_nearly_straight() {
-        let mut wander = Wander::new(Settings::default());
+        let mut wander = Wander::new(Settings::default(), FAN);
         for _ in 0..300 {
             let command = wander.steer(&all(|_| Reach::Free(3.0)), Motion::default(), 0.1);
             assert_eq!(command.forward, 0.3);
@@ -404,7 +445,7 @@ mod tests {
     #[test]
     fn blocked_it_turns_to_the_freer_side_and_keeps_turning() {
         for side in [1.0, -1.0] {
-            let mut wander = Wander::new(Settings::default());
+            let mut wander = Wander::new(Settings::default(), FAN);
             // Close to a wall that is open on one side.
             let open = |b: f64| if b > 0.2 { Reach::Free(3.0) } else { Reach::Obstacle(0.1) };
             let first = wander.steer(&all(|b| open(b * side)), Motion::default(), 0.1);
@@ -484,7 +525,7 @@ mod tests {
 
     #[test]
     fn unknown_readings_count_for_nothing() {
-        let mut wander = Wander::new(Settings::default());
+        let mut wander = Wander::new(Settings::default(), FAN);
         assert_eq!(wander.steer(&all(|_| Reach::Unknown), Motion::default(), 0.1), Command::default());
         assert_eq!(wander.steer(&[], Motion::default(), 0.1), Command::default());
         let command = wander.steer(

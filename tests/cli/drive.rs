@@ -23,7 +23,7 @@ fn short<'a>(flags: &[&'a str]) -> Vec<&'a str> {
 fn tables_put_all_beside_what_was_published() {
     let text = place().ok(&short(&["--against", "all"]));
     assert!(plain(&text), "{text:?}");
-    for sensor in ["p.gp", "sonar", "truth", "constant", "gradient", "polly", "lorigo", "ulrich"] {
+    for sensor in ["program", "sonar", "truth", "constant", "gradient", "polly", "lorigo", "ulrich"] {
         let rows = text.lines().filter(|line| line.split_whitespace().next() == Some(sensor)).count();
         assert_eq!(rows, 3, "two runs and their sum: {text}");
         assert!(text.contains(&format!("{sensor}, run 2: ")), "{text}");
@@ -34,6 +34,105 @@ fn tables_put_all_beside_what_was_published() {
         assert!(published.iter().all(|number| row.contains(number)), "{row}");
     }
     assert!(text.contains("times real time"), "{text}");
+    assert!(text.contains("p.gp in fmrb, the building trained in"), "{text}");
+    assert!(text.contains("the 71 training images of the world fmrb; "), "{text}");
+    let sums = text.lines().position(|line| line.contains("held out  runs")).expect("the table");
+    let cells = |sensor: &str| -> Vec<String> {
+        let row = text.lines().skip(sums).find(|line| line.split_whitespace().next() == Some(sensor));
+        row.expect("a row").split_whitespace().map(str::to_string).collect()
+    };
+    assert_eq!(cells("truth")[1..5], ["100.0", "%", "100.0", "%"]);
+    assert_eq!(cells("sonar")[1..4], ["-", "-", "2"]);
+    assert!(cells("program")[5] == "2" && cells("ulrich")[5] == "2", "{text}");
+    let headings = text.lines().nth(sums).expect("there");
+    for heading in
+        ["training", "held out", "metres per collision", "walked into", "median right", "one frame"]
+    {
+        assert!(headings.contains(heading), "{headings}");
+    }
+    assert!(text.contains("+: runs that got stuck"), "{text}");
+}
+
+#[test]
+fn scores_are_those_of_eval_and_rivals_follow_the_program() {
+    let place = place();
+    let json = |flags: &[&str]| -> Value {
+        serde_json::from_str(&place.ok(&[flags, &["--json"]].concat())).expect("JSON")
+    };
+    place.ok(&["synth", "--world", "nsh", "--out", "nsh"]);
+    place.ok(&["synth", "--world", "nsh", "--seed", "2", "--out", "nsh-elsewhere"]);
+    let drive = ["--minutes", "0.01", "--runs", "1", "--quiet", "--against", "constant"];
+    let report = json(&[&["drive", "p.gp", "--tune-on", "nsh"], &drive[..]].concat());
+    assert_eq!(
+        (&report["tuned_on"]["world"], &report["tuned_on"]["tolerance"]),
+        (&"nsh".into(), &10.0.into())
+    );
+    for (part, folder) in [("training", "nsh"), ("held_out", "nsh-elsewhere")] {
+        let judged = json(&["eval", "p.gp", "--data", folder]);
+        assert_eq!(report["sensors"][0]["scores"][part], judged["fitness"], "{part}");
+        let rivals = ["eval", "--data", folder, "--tune-on", "nsh", "--against", "constant"];
+        let judged = json(&rivals);
+        assert_eq!(report["sensors"][1]["scores"][part], judged["detectors"][0]["test"]["fitness"], "{part}");
+    }
+    // A run of its own in another world than the one it drives in.
+    let run =
+        ["evolve", "--world", "nsh", "--population", "20", "--generations", "1", "--quiet", "--out", "run"];
+    place.ok(&[&run[..], &["--tolerance", "7"]].concat());
+    for program in ["run", "run/best.gp"] {
+        let own = &json(&[&["drive", program], &drive[..]].concat())["tuned_on"];
+        assert_eq!((&own["world"], &own["tolerance"]), (&"nsh".into(), &7.0.into()), "{program}");
+        assert_eq!(own["as_the_program"], true);
+    }
+    let other = json(&[&["drive", "run", "--tune-on", "combined"], &drive[..]].concat());
+    assert_eq!(other["tuned_on"]["world"], "combined");
+    assert_eq!(other["tuned_on"]["as_the_program"], false);
+    let plain = json(&[&["drive", "p.gp"], &drive[..]].concat());
+    assert_eq!(plain["tuned_on"]["world"], "fmrb");
+}
+
+/// A program that always gives the same row.
+fn always(row: u32) -> String {
+    format!("(individual (iterate-up 3x3 x-obstacle (set-a {row})))")
+}
+
+#[test]
+fn one_who_sees_nothing_collides_and_one_who_sees_walls_is_stuck() {
+    let place = place();
+    let sum = |row: u32, seed: &str| -> Value {
+        place.write("a.gp", always(row));
+        let flags = ["drive", "a.gp", "--minutes", "5", "--runs", "2", "--json", "--quiet", "--changed"];
+        let report: Value =
+            serde_json::from_str(&place.ok(&[&flags[..], &["--seed", seed]].concat())).expect("JSON");
+        assert_eq!((&report["asked"], &report["interrupted"]), (&2.into(), &false.into()));
+        assert_eq!((&report["program"], &report["seed"]), (&"a.gp".into(), &1.into()));
+        report["sensors"][0]["summary"].clone()
+    };
+    let blind = sum(0, "1");
+    assert_eq!((&blind["collisions"], &blind["stuck"]), (&2.into(), &0.into()));
+    let total = blind["total_metres"].as_f64().expect("metres");
+    assert_eq!(blind["metres_per_collision"].as_f64(), Some(total / 2.0));
+    let scared = sum(239, "1");
+    assert_eq!((&scared["collisions"], &scared["stuck"]), (&0.into(), &2.into()));
+    assert_eq!(scared["metres_per_collision"], Value::Null);
+    let text = place.ok(&["drive", "a.gp", "--minutes", "5", "--runs", "1", "--median"]);
+    assert!(text.contains("no collision in 0.0 m") && text.contains("0.0+"), "{text}");
+    assert!(text.contains("The robot believed the medians"), "{text}");
+}
+
+#[test]
+fn a_changed_building_has_a_seed_and_names_are_no_commands() {
+    let place = place();
+    place.write("sonar\u{1b}[2J", PROGRAM);
+    let flags = ["drive", "sonar\u{1b}[2J", "--minutes", "0.01", "--runs", "1", "--changed"];
+    let all = [&flags[..], &["--against", "sonar", "--out", "out"]].concat();
+    let text = place.ok(&all);
+    assert!(plain(&text) && text.contains("sonar?[2J in fmrb, building 1, changed"), "{text:?}");
+    let written: Value = serde_json::from_str(&place.read("out/drive.json")).expect("JSON");
+    assert_eq!((&written["seed"], &written["program"]), (&1.into(), &"sonar\u{1b}[2J".into()));
+    for name in ["program", "sonar"] {
+        assert!(place.read(&format!("out/{name}-run-1.svg")).contains("<svg "));
+        assert!(place.read("out/paths.csv").contains(&format!("\n{name},1,0,")));
+    }
 }
 
 #[test]
@@ -57,9 +156,9 @@ fn json_and_the_folder_say_the_same_whatever_the_threads() {
     let mut written: Value = serde_json::from_str(&place.read("out/drive.json")).expect("JSON");
     written.as_object_mut().expect("an object").remove("timing");
     assert_eq!(written, one);
-    let names = ["p.gp-run-1", "p.gp-run-2", "truth-run-1", "truth-run-2"];
+    let names = ["program-run-1", "program-run-2", "truth-run-1", "truth-run-2"];
     assert!(names.iter().all(|name| place.read(&format!("out/{name}.svg")).starts_with("<svg ")));
-    assert!(place.read("out/paths.csv").starts_with("sensor,run,seconds,x,y\np.gp,1,0,"));
+    assert!(place.read("out/paths.csv").starts_with("sensor,run,seconds,x,y\nprogram,1,0,"));
     let film = std::fs::read(place.path("out/run-1.y4m")).expect("there");
     let frame = 6 + 320 * 240 * 3 / 2;
     assert!(film.starts_with(b"YUV4MPEG2 W320 H240 F10:1 ") && film.len() > 30 * frame, "{}", film.len());

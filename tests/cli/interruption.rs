@@ -1,6 +1,7 @@
 //! Ctrl-C, and a disk that is full.
 #![cfg(unix)]
 
+use std::io::{BufRead, BufReader};
 use std::os::unix::process::CommandExt;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
@@ -204,4 +205,61 @@ fn a_full_device_is_an_error() {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("writable");
     let output = place.command(&["ir", "up.gp"]).stdout(full).output().expect("started");
     assert!(one_error(&output, 1).contains("standard output"));
+}
+
+/// Sees walls everywhere: a run of a minute, most of which is taking pictures.
+const SCARED: &str = "(individual (iterate-up 3x3 x-obstacle (set-a 239)))";
+
+#[test]
+fn a_drive_that_is_cut_short_says_so() {
+    let place = Place::new();
+    place.write("p.gp", SCARED);
+    let flags = ["drive", "p.gp", "--minutes", "3", "--runs", "1", "--threads", "2", "--against", "sonar"];
+    let all = [&flags[..], &["--out", "out", "--video", "--json"]].concat();
+    let mut run = place.command(&all).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
+    // The sonar needs no pictures, and has ended long before the other.
+    let mut said = BufReader::new(run.stderr.take().expect("a pipe"));
+    let mut line = String::new();
+    said.read_line(&mut line).expect("UTF-8");
+    assert!(line.starts_with("sonar, run 1: "), "{line}");
+    interrupt(&run);
+    let output = run.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!((&report["asked"], &report["interrupted"]), (&2.into(), &true.into()));
+    assert!(place.path("out/drive.json").exists() && !place.path("out/run-1.y4m").exists());
+}
+
+#[test]
+fn a_drive_outlives_its_disk_and_its_reader() {
+    let place = Place::new();
+    place.write("p.gp", SCARED);
+    let drive = |out: &'static str| {
+        let flags = ["drive", "p.gp", "--minutes", "0.05", "--runs", "1", "--quiet", "--out", out];
+        flags.to_vec()
+    };
+    // No room for the video.
+    let output = on_a_full_disk(&place, 1 << 20, &[drive("film"), vec!["--video"]].concat());
+    let said = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("film/run-1.y4m: cannot write") && said.contains("make room"), "{said}");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("times real time"));
+    assert!(place.path("film/drive.json").exists() && !place.path("film/run-1.y4m").exists());
+    // No room for anything.
+    let output = on_a_full_disk(&place, 100, &drive("none"));
+    let said = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("none/drive.json: cannot write"), "{said}");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("times real time"));
+    assert!(!place.path("none").exists());
+    // Nobody reads.
+    for more in [vec![], vec!["--json"]] {
+        let out = if more.is_empty() { "text" } else { "json" };
+        let flags: Vec<&str> = [drive(out), more].concat().into_iter().filter(|f| *f != "--quiet").collect();
+        let mut run =
+            place.command(&flags).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("started");
+        drop(run.stdout.take());
+        assert_eq!(run.wait().expect("it ends").code(), Some(0), "{out}");
+        assert!(place.path(out).join("drive.json").exists());
+    }
 }

@@ -1,0 +1,113 @@
+//! How those that drive do on labelled images: those that rivals are tuned on, and those of another building.
+
+use std::path::Path;
+
+use serde::Serialize;
+use vsonar::baseline::answers;
+use vsonar::dataset::{Dataset, TOLERANCE};
+use vsonar::detector::{CompiledDetector, SequenceDetector};
+use vsonar::evolve::is_correct;
+use vsonar::world::office::{Kind, World};
+
+use super::CliError;
+use super::drive_sensor::Sensor;
+use super::eval_cases::run_of;
+use super::settings::SettingsFile;
+use super::source::{Recorded, Source};
+
+/// Which images, and what counts as correct.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct TunedOn {
+    /// The world whose training images rivals are tuned on.
+    pub(crate) world: World,
+    /// How many images that is.
+    pub(crate) images: usize,
+    /// The building of the world that is held out, by seed.
+    pub(crate) held_out_building: u64,
+    /// Rows that an answer may be off.
+    pub(crate) tolerance: f64,
+    /// Whether that is what the program was evolved on.
+    pub(crate) as_the_program: bool,
+}
+
+/// The images themselves.
+pub(crate) struct Sets {
+    pub(crate) tuned_on: TunedOn,
+    pub(crate) training: Dataset,
+    pub(crate) held_out: Dataset,
+}
+
+/// Shares of right answers, 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct Scores {
+    /// Of the images that rivals are tuned on.
+    pub(crate) training: f64,
+    /// Of another building.
+    pub(crate) held_out: f64,
+}
+
+impl Sets {
+    /// The images that the run of the program was evolved on, if it was in a world; those of `tune_on` if that is asked
+    /// for; else those of the building's own world. The tolerance is that of the run.
+    pub(crate) fn choose(program: &Path, kind: Kind, tune_on: Option<World>) -> Result<Sets, CliError> {
+        let (mut tolerance, mut own) = (TOLERANCE, None);
+        if let Some(run) = run_of(program) {
+            let file = SettingsFile::read(&run.join("settings.toml"))?;
+            tolerance = file.recorded()?.tolerance;
+            let table = file.data().cloned().unwrap_or_default();
+            if let Source::World(recorded) = Source::from_table(&table, file.path())? {
+                own = Some(recorded);
+            }
+        }
+        let building = match kind {
+            Kind::Nsh => World::Nsh,
+            Kind::Fmrb => World::Fmrb,
+        };
+        let recorded = match (tune_on, &own) {
+            (Some(world), _) => Recorded::of(world),
+            (None, Some(own)) => own.clone(),
+            (None, None) => Recorded::of(building),
+        };
+        let (training, held_out) = (recorded.training()?, recorded.held_out()?);
+        let tuned_on = TunedOn {
+            world: recorded.world(),
+            images: training.images().len(),
+            held_out_building: recorded.holdout_building(),
+            tolerance,
+            as_the_program: own.as_ref() == Some(&recorded),
+        };
+        Ok(Sets { tuned_on, training, held_out })
+    }
+
+    /// How one that drives does on them; none for what looks at no images.
+    pub(crate) fn scores(&self, sensor: &Sensor) -> Result<Option<Scores>, CliError> {
+        let mut detector: Box<dyn SequenceDetector> = match sensor {
+            Sensor::Program(program) => Box::new(CompiledDetector::compile(program)?),
+            Sensor::Rival(tuned) => tuned.clone(),
+            Sensor::Truth => return Ok(Some(Scores { training: 1.0, held_out: 1.0 })),
+            Sensor::Sonar => return Ok(None),
+        };
+        let mut share = |set: &Dataset| -> Result<f64, CliError> {
+            let answers = answers(&mut *detector, set)?;
+            let right = |(case, answer): (&vsonar::dataset::Case, &f32)| {
+                is_correct(*answer, f64::from(case.y), self.tuned_on.tolerance)
+            };
+            let right = set.cases().iter().zip(&answers).filter(|&pair| right(pair)).count();
+            Ok(right as f64 / set.cases().len().max(1) as f64)
+        };
+        Ok(Some(Scores { training: share(&self.training)?, held_out: share(&self.held_out)? }))
+    }
+}
+
+impl TunedOn {
+    /// In words.
+    pub(crate) fn describe(&self) -> String {
+        let TunedOn { world, images, held_out_building, tolerance, as_the_program } = self;
+        let own = if *as_the_program { ", as the program was" } else { "" };
+        format!(
+            "Rivals are tuned on the {images} training images of the world {world}{own}; an answer is right within \
+             {tolerance} rows.\nTraining: the share of right answers there; held out: in building {held_out_building} \
+             of that world."
+        )
+    }
+}
