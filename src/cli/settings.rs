@@ -363,7 +363,7 @@ mod tests {
             ("islands.count=0", "islands.count"),
             ("islands.size=9", "unknown field"),
             ("selection.elitism=4000", "selection.elitism"),
-            ("breeding.subtree_mutation_probability=0.4", "breeding.crossover_probability"),
+            ("breeding.subtree_mutation_probability=0.65", "breeding.crossover_probability"),
             ("seed=1\npopulation=5", "--set"),
             ("population=1", "2 to"),
             ("preset=paper", "--preset"),
@@ -377,10 +377,10 @@ mod tests {
 
     #[test]
     fn only_what_changes_come_to_is_checked() {
-        let deep = ["creation.min_depth=10", "creation.max_depth=12"];
+        let deep = ["creation.min_depth=10", "creation.max_depth=10"];
         for order in [[deep[0], deep[1]], [deep[1], deep[0]]] {
             let creation = with_set(&order).expect("sound together").creation;
-            assert_eq!((creation.min_depth, creation.max_depth), (10, 12));
+            assert_eq!((creation.min_depth, creation.max_depth), (10, 10));
         }
         let dir = tempfile::tempdir().expect("a temporary folder");
         let path = dir.path().join("my.toml");
@@ -389,7 +389,7 @@ mod tests {
             let set = set.iter().map(|a| a.to_string()).collect();
             settings(SettingsArgs { settings: Some(path.clone()), set, ..none() })
         };
-        assert_eq!(file(&["creation.max_depth=12"]).map(|s| s.creation.min_depth), Ok(10));
+        assert_eq!(file(&["creation.max_depth=10"]).map(|s| s.creation.min_depth), Ok(10));
         // Whoever spoke last is to blame.
         let error = file(&[]).expect_err("too deep");
         assert!(error.contains("my.toml:3:13: ") && error.contains("creation.max_depth"), "{error}");
