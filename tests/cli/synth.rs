@@ -53,7 +53,7 @@ fn a_building_of_ones_own() {
     assert!(
         place
             .fails(2, &["synth", "--world", "nsh", "--camera", "camera.toml", "--out", "new"])
-            .contains("--plan")
+            .contains("cannot be used with")
     );
 }
 
