@@ -140,7 +140,7 @@ fn the_smallest_images_are_answered() {
 #[test]
 fn a_planted_threshold_is_recovered() {
     // Steps of 10 gray levels in the floor, of 40 at the foot of the wall: Sobel's masks make 40 and 160 of them.
-    let stripes = |y: u32| if y / 5 % 2 == 0 { 100 } else { 110 };
+    let stripes = |y: u32| if (y / 5).is_multiple_of(2) { 100 } else { 110 };
     let set = drive(
         8,
         foot,

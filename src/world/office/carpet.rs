@@ -65,7 +65,7 @@ impl Carpet {
         let mask = (1usize << bits) - 1;
         let scale = (1 << bits) as f32 / (SIDE as f32 * TEXEL);
         // beyond a million texels one is as good as another; what is no number becomes one
-        let near = |u: f32| u.max(-1e6).min(1e6);
+        let near = |u: f32| if u > -1e6 { u.min(1e6) } else { -1e6 };
         let floor = |u: f32| u as i32 - i32::from(u < (u as i32) as f32);
         let (u, v) = (near(x * scale), near(y * scale));
         let (i, j) = (floor(u), floor(v));
