@@ -16,7 +16,7 @@ use super::settings::{Fault, Given, Preset, Settings, SettingsError};
 /// let mut draft = Draft::new(Settings::default_preset());
 /// draft.lay_over("[creation]\nmin_depth = 10\n", "deep.toml")?;
 /// // by itself, the file is at odds with the preset
-/// draft.change("creation.max_depth", |settings| settings.creation.max_depth = 12);
+/// draft.change("creation.max_depth", |settings| settings.creation.max_depth = 10);
 /// assert_eq!(draft.finish()?.creation.min_depth, 10);
 /// # Ok::<(), vsonar::evolve::SettingsError>(())
 /// ```
