@@ -63,6 +63,26 @@ pub trait Detector {
     fn detect(&self, image: &GrayImage, columns: &[u32], rows: &mut [f32]) -> Result<(), DetectError>;
 }
 
+/// Whether a detector for images of this width and height can be asked so, as [`Detector::detect`] says.
+pub(crate) fn check_arguments(
+    (width, height): (u32, u32),
+    image: &GrayImage,
+    columns: &[u32],
+    rows: &[f32],
+) -> Result<(), DetectError> {
+    let (image_width, image_height) = image.dimensions();
+    if (width, height) != (image_width, image_height) {
+        return Err(DetectError::ImageSize { width, height, image_width, image_height });
+    }
+    if let Some(&column) = columns.iter().find(|&&column| column >= width) {
+        return Err(DetectError::Column { column, width });
+    }
+    if columns.len() != rows.len() {
+        return Err(DetectError::Rows { columns: columns.len(), rows: rows.len() });
+    }
+    Ok(())
+}
+
 /// A program compiled to native code, to be called on images from any number of threads.
 ///
 /// ```
@@ -145,18 +165,8 @@ impl Detector for CompiledDetector {
     }
 
     fn detect(&self, image: &GrayImage, columns: &[u32], rows: &mut [f32]) -> Result<(), DetectError> {
-        let (width, height) = (self.width(), self.height());
-        let (image_width, image_height) = image.dimensions();
-        if (width, height) != (image_width, image_height) {
-            return Err(DetectError::ImageSize { width, height, image_width, image_height });
-        }
-        if let Some(&column) = columns.iter().find(|&&column| column >= width) {
-            return Err(DetectError::Column { column, width });
-        }
-        if columns.len() != rows.len() {
-            return Err(DetectError::Rows { columns: columns.len(), rows: rows.len() });
-        }
-        let code = self.code.run(image.as_raw(), width as usize, columns, rows);
+        check_arguments((self.width(), self.height()), image, columns, rows)?;
+        let code = self.code.run(image.as_raw(), self.width() as usize, columns, rows);
         assert_eq!(code, 0, "the arguments have been checked");
         Ok(())
     }

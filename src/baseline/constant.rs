@@ -3,9 +3,8 @@
 use image::GrayImage;
 use serde::Serialize;
 
-use super::check;
 use crate::dataset::{Constants, Dataset};
-use crate::detector::{DetectError, Detector};
+use crate::detector::{DetectError, Detector, check_arguments};
 
 /// Answers for each column the best constant of the nearest column that was labelled in training.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -46,7 +45,7 @@ impl Detector for Constant {
     }
 
     fn detect(&self, image: &GrayImage, columns: &[u32], rows: &mut [f32]) -> Result<(), DetectError> {
-        check(self.size, image, columns, rows)?;
+        check_arguments(self.size, image, columns, rows)?;
         for (&x, row) in columns.iter().zip(rows) {
             *row = self.constants.answer_near(x) as f32;
         }

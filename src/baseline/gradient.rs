@@ -3,11 +3,10 @@
 use image::GrayImage;
 use serde::Serialize;
 
-use super::check;
 use super::pixels::sobel;
 use super::tune::{Choice, Tally, first_above, ladder};
 use crate::dataset::Dataset;
-use crate::detector::{DetectError, Detector};
+use crate::detector::{DetectError, Detector, check_arguments};
 
 /// Widths of the window that are tried, in pixels.
 const WIDTHS: [u32; 4] = [1, 3, 5, 9];
@@ -95,7 +94,7 @@ impl Detector for Gradient {
     }
 
     fn detect(&self, image: &GrayImage, columns: &[u32], rows: &mut [f32]) -> Result<(), DetectError> {
-        check(self.size, image, columns, rows)?;
+        check_arguments(self.size, image, columns, rows)?;
         for (&x, row) in columns.iter().zip(rows) {
             [*row] = first_above(averages(image, x, self.window), &[self.threshold]);
         }

@@ -15,11 +15,10 @@
 use image::GrayImage;
 use serde::Serialize;
 
-use super::check;
 use super::pixels::{LEVEL, Plane};
 use super::tune::{Choice, Tally, first_above, ladder};
 use crate::dataset::Dataset;
-use crate::detector::{DetectError, Detector};
+use crate::detector::{DetectError, Detector, check_arguments};
 
 /// Widths and heights of the windows that are tried, in pixels of the small image; the first is the original's.
 const WINDOWS: [(usize, usize); 6] = [(20, 10), (10, 10), (20, 5), (10, 5), (5, 5), (5, 3)];
@@ -242,7 +241,7 @@ impl Detector for Lorigo {
     }
 
     fn detect(&self, image: &GrayImage, columns: &[u32], rows: &mut [f32]) -> Result<(), DetectError> {
-        check(self.size, image, columns, rows)?;
+        check_arguments(self.size, image, columns, rows)?;
         let view = View::new(image, self.bins);
         for (&x, row) in columns.iter().zip(rows) {
             let first = |module, threshold| {

@@ -13,11 +13,10 @@
 use image::GrayImage;
 use serde::Serialize;
 
-use super::check;
 use super::pixels::{LEVEL, Plane, scaled};
 use super::tune::{Choice, Tally, first_above, ladder};
 use crate::dataset::Dataset;
-use crate::detector::{DetectError, Detector};
+use crate::detector::{DetectError, Detector, check_arguments};
 
 /// Sides of the squares that are tried, in pixels of an image 240 pixels high.
 const SCALES: [u32; 6] = [1, 2, 3, 4, 5, 8];
@@ -112,7 +111,7 @@ impl Detector for Polly {
     }
 
     fn detect(&self, image: &GrayImage, columns: &[u32], rows: &mut [f32]) -> Result<(), DetectError> {
-        check(self.size, image, columns, rows)?;
+        check_arguments(self.size, image, columns, rows)?;
         let mut plane = Plane::reduced(image, self.scale);
         for _ in 0..self.passes {
             plane = plane.smoothed();

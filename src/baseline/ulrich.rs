@@ -20,11 +20,10 @@ use image::GrayImage;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::check;
 use super::pixels::{LEVEL, Plane, scaled};
 use super::tune::{Choice, Tally, ladder};
 use crate::dataset::{Dataset, NamedImage};
-use crate::detector::{DetectError, Motion, SequenceDetector};
+use crate::detector::{DetectError, Motion, SequenceDetector, check_arguments};
 
 /// Numbers of bins that are tried.
 const BINS: [usize; 3] = [16, 32, 64];
@@ -324,7 +323,7 @@ impl SequenceDetector for Ulrich {
         columns: &[u32],
         rows: &mut [f32],
     ) -> Result<(), DetectError> {
-        check(self.settings.size, image, columns, rows)?;
+        check_arguments(self.settings.size, image, columns, rows)?;
         let UlrichSettings { bins, trapezoid, threshold, support, .. } = self.settings;
         let view = view(image, bins);
         let histogram = histogram(&view, bins, trapezoid);

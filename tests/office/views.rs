@@ -2,7 +2,9 @@
 
 use vsonar::camera::Camera;
 use vsonar::world::geometry::Outline;
-use vsonar::world::office::{Kind, Moment, Office, OfficeError, Part, Place, Plan, Setup, Thing, drive};
+use vsonar::world::office::{
+    ItemKind, Kind, Moment, Office, OfficeError, Part, Place, Plan, Setup, Thing, drive,
+};
 
 fn straight() -> Setup {
     let setup = Setup::default();
@@ -121,7 +123,7 @@ fn what_hovers_is_in_the_way() {
     let office = hall("table 5 0 1 1 0.72 0.4\nperson 1 0.1 20 0 30 0\n");
     let moment = office.at(0.0);
     let nearest = moment.nearest(4.2, 0.0, 1.0);
-    assert_eq!(nearest.thing, Some(Thing::Table));
+    assert_eq!(nearest.thing, Some(Thing::Item(ItemKind::Table)));
     assert!((nearest.distance - 0.3).abs() < 1e-9 && (nearest.point.0 - 4.5).abs() < 1e-9);
     assert!((moment.range(3.0, 0.0, 0.0, 4.0) - 1.5).abs() < 1e-9);
     // from 1 m the camera sees floor between the legs as far as it sees; from 22 cm the edge of the top hides it

@@ -8,46 +8,19 @@ use crate::world::geometry::{Outline, Room, Vec3};
 pub enum Thing {
     /// A wall or a door in it.
     Wall,
-    /// A cardboard box.
-    Box,
-    /// A cabinet of drawers.
-    Cabinet,
-    /// A table: its top or a leg.
-    Table,
-    /// A chair: its seat, its back or a leg.
-    Chair,
-    /// A waste bin.
-    Bin,
-    /// A pillar.
-    Pillar,
-    /// A plant in a pot.
-    Plant,
-    /// A suitcase.
-    Suitcase,
-    /// A traffic cone.
-    Cone,
-    /// An open drawer and its cabinet.
-    Drawer,
+    /// Something that stands around: any part of it, be it a leg, a back or an open drawer.
+    Item(ItemKind),
     /// Somebody.
     Person,
 }
 
 impl std::fmt::Display for Thing {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Thing::Wall => "wall",
-            Thing::Box => "box",
-            Thing::Cabinet => "cabinet",
-            Thing::Table => "table",
-            Thing::Chair => "chair",
-            Thing::Bin => "bin",
-            Thing::Pillar => "pillar",
-            Thing::Plant => "plant",
-            Thing::Suitcase => "suitcase",
-            Thing::Cone => "cone",
-            Thing::Drawer => "open drawer",
-            Thing::Person => "person",
-        })
+        match self {
+            Thing::Wall => f.write_str("wall"),
+            Thing::Item(kind) => kind.fmt(f),
+            Thing::Person => f.write_str("person"),
+        }
     }
 }
 
@@ -214,18 +187,7 @@ const UP: f64 = 10.0;
 impl Item {
     /// Its pieces.
     pub(super) fn parts(&self) -> Vec<Part> {
-        let thing = match self.kind {
-            ItemKind::Box => Thing::Box,
-            ItemKind::Cabinet => Thing::Cabinet,
-            ItemKind::Table => Thing::Table,
-            ItemKind::Chair => Thing::Chair,
-            ItemKind::Bin => Thing::Bin,
-            ItemKind::Pillar => Thing::Pillar,
-            ItemKind::Plant => Thing::Plant,
-            ItemKind::Suitcase => Thing::Suitcase,
-            ItemKind::Cone => Thing::Cone,
-            ItemKind::Drawer => Thing::Drawer,
-        };
+        let thing = Thing::Item(self.kind);
         let (half_x, half_y) = (self.width / 2.0, self.depth / 2.0);
         let mut parts = Vec::new();
         let mut add = |outline, low, high, albedo, pattern| {

@@ -216,7 +216,7 @@ mod tests {
                 }),
                 low: b.z.0,
                 high: b.z.1,
-                thing: super::super::Thing::Box,
+                thing: super::super::Thing::Wall,
                 albedo: 0.5,
                 pattern: super::super::part::Pattern::Plain,
             };

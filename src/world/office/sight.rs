@@ -3,6 +3,7 @@
 use super::light::AMBIENT;
 use super::part::{Beam, Part, Pattern, Thing};
 use super::people::Standing;
+use super::plan::ItemKind;
 use super::plan::{Light, OpeningKind};
 use super::rig::{Eye, Rig};
 use super::shadow::OwnShadow;
@@ -361,7 +362,11 @@ impl Office {
             Pattern::Rimmed if n.z > 0.0 => {
                 let (dx, dy) = (p.x - (bounds.x.0 + bounds.x.1) / 2.0, p.y - (bounds.y.0 + bounds.y.1) / 2.0);
                 let inner = 0.42 * (bounds.x.1 - bounds.x.0);
-                if dx * dx + dy * dy < inner * inner && part.thing == Thing::Bin { 0.3 } else { 1.8 }
+                if dx * dx + dy * dy < inner * inner && part.thing == Thing::Item(ItemKind::Bin) {
+                    0.3
+                } else {
+                    1.8
+                }
             }
             Pattern::Rimmed if z > 0.9 => 1.8,
             Pattern::Footed if p.z < 0.08 => 0.3,

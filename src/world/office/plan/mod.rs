@@ -127,7 +127,7 @@ pub struct Opening {
 }
 
 /// What can stand around.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ItemKind {
     /// A cardboard box.
     Box,
@@ -164,6 +164,13 @@ pub(super) const ITEMS: [(&str, ItemKind); 10] = [
     ("cone", ItemKind::Cone),
     ("drawer", ItemKind::Drawer),
 ];
+
+/// Its name in the text form.
+impl std::fmt::Display for ItemKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(ITEMS.iter().find(|(_, kind)| kind == self).map_or("item", |(name, _)| name))
+    }
+}
 
 impl ItemKind {
     /// Whether it is of those that the buildings trained on never hold.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{ITEMS, OpeningKind, Plan};
+use super::{OpeningKind, Plan};
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -27,8 +27,7 @@ impl fmt::Display for Plan {
             writeln!(f, "{name} {} {} {} {}", opening.x, opening.y, opening.width, opening.albedo)?;
         }
         for item in &self.items {
-            let name = ITEMS.iter().find(|(_, kind)| *kind == item.kind).map_or("box", |(name, _)| name);
-            write!(f, "{name} {} {} {} {}", item.x, item.y, item.width, item.depth)?;
+            write!(f, "{} {} {} {} {}", item.kind, item.x, item.y, item.width, item.depth)?;
             write!(f, " {} {}", item.height, item.albedo)?;
             if item.turn.to_bits() != 0 {
                 write!(f, " {}", item.turn)?;
