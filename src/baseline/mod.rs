@@ -41,7 +41,7 @@ mod gradient;
 mod lorigo;
 mod pixels;
 mod polly;
-mod tune;
+pub(crate) mod tune;
 mod ulrich;
 
 pub use constant::Constant;
@@ -272,26 +272,6 @@ pub fn answers(detector: &mut dyn SequenceDetector, set: &Dataset) -> Result<Vec
         }
     }
     Ok(answers)
-}
-
-/// What every rival asks of its arguments, as [`crate::detector::Detector::detect`] says.
-fn check(
-    (width, height): (u32, u32),
-    image: &GrayImage,
-    columns: &[u32],
-    rows: &[f32],
-) -> Result<(), DetectError> {
-    let (image_width, image_height) = image.dimensions();
-    if (width, height) != (image_width, image_height) {
-        return Err(DetectError::ImageSize { width, height, image_width, image_height });
-    }
-    if let Some(&column) = columns.iter().find(|&&column| column >= width) {
-        return Err(DetectError::Column { column, width });
-    }
-    if columns.len() != rows.len() {
-        return Err(DetectError::Rows { columns: columns.len(), rows: rows.len() });
-    }
-    Ok(())
 }
 
 #[cfg(test)]

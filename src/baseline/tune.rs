@@ -9,7 +9,7 @@ use crate::dataset::{Case, Dataset};
 
 /// Correct cases for each setting and threshold.
 #[derive(Debug, Clone)]
-pub(super) struct Tally {
+pub(crate) struct Tally {
     tolerance: f64,
     thresholds: usize,
     correct: Vec<u32>,
@@ -17,18 +17,18 @@ pub(super) struct Tally {
 
 /// What was chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Choice {
-    pub(super) setting: usize,
-    pub(super) threshold: usize,
+pub(crate) struct Choice {
+    pub(crate) setting: usize,
+    pub(crate) threshold: usize,
     /// Training cases it gets right.
-    pub(super) correct: usize,
+    pub(crate) correct: usize,
     /// Settings and thresholds that there were.
-    pub(super) tried: usize,
+    pub(crate) tried: usize,
 }
 
 impl Tally {
     /// Asks `judge` about every image: its index and its cases.
-    pub(super) fn of(
+    pub(crate) fn of(
         set: &Dataset,
         tolerance: f64,
         settings: usize,
@@ -51,14 +51,14 @@ impl Tally {
 
     /// Takes down an answer.
     #[inline]
-    pub(super) fn answer(&mut self, setting: usize, threshold: usize, answer: f32, case: &Case) {
+    pub(crate) fn answer(&mut self, setting: usize, threshold: usize, answer: f32, case: &Case) {
         let correct = (f64::from(answer) - f64::from(case.y)).abs() <= self.tolerance;
         self.correct[setting * self.thresholds + threshold] += u32::from(correct);
     }
 
     /// The first setting that gets most cases right with any threshold, and of its equally good thresholds the middle
     /// (rounded down) of the first unbroken stretch: the fairest guess for other images, as of the best constants.
-    pub(super) fn choose(&self) -> Choice {
+    pub(crate) fn choose(&self) -> Choice {
         let best = self.correct.iter().copied().max().unwrap_or(0);
         let first = self.correct.iter().position(|&c| c == best).unwrap_or(0);
         let (setting, start) = (first / self.thresholds, first % self.thresholds);
@@ -75,7 +75,7 @@ impl Tally {
 
 /// A ladder of `N` thresholds from `low` to `high`, each the same factor above the one before, to three significant
 /// digits.
-pub(super) fn ladder<const N: usize>(low: f64, high: f64) -> [f64; N] {
+pub(crate) fn ladder<const N: usize>(low: f64, high: f64) -> [f64; N] {
     std::array::from_fn(|i| {
         let value = low * libm::pow(high / low, i as f64 / (N - 1) as f64);
         let digits = 2.0 - libm::floor(libm::log10(value));
@@ -86,7 +86,7 @@ pub(super) fn ladder<const N: usize>(low: f64, high: f64) -> [f64; N] {
 }
 
 /// For each of the ascending thresholds the row of the first of these values that exceeds it, 0 if none does.
-pub(super) fn first_above<const N: usize>(
+pub(crate) fn first_above<const N: usize>(
     values: impl IntoIterator<Item = (usize, f64)>,
     thresholds: &[f64; N],
 ) -> [f32; N] {

@@ -72,7 +72,7 @@ pub(crate) struct Args {
     #[arg(long)]
     median: bool,
     /// Drive with these as well: `all`, or names with commas between them: sonar (ideal), truth (no errors), constant,
-    /// gradient, polly, lorigo, ulrich
+    /// gradient, polly, lorigo, ulrich, flow (this frame and an earlier one)
     #[arg(long, value_name = "LIST")]
     against: Option<Others>,
     /// Tune the rivals on the training set of this world, nsh, fmrb or combined [default: that of the program's run if
@@ -121,7 +121,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let sets = args.against.is_some().then(|| Sets::choose(&args.program, args.world, args.tune_on));
     let sets = sets.transpose()?;
     if let Some(sets) = &sets {
-        sensors.extend(others(args.against.clone().unwrap_or_default(), sets));
+        sensors.extend(others(args.against.clone().unwrap_or_default(), sets)?);
     }
     let scores = |sensor| sets.as_ref().map_or(Ok(None), |sets| sets.scores(sensor));
     let scores = sensors.iter().map(scores).collect::<Result<Vec<_>, _>>()?;
@@ -198,11 +198,16 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 }
 
 /// What the program is held against, tuned where it is to be tuned.
-fn others(asked: Others, sets: &Sets) -> Vec<Sensor> {
-    let sensor = |one: Against| match one {
-        Against::Sonar => Sensor::Sonar,
-        Against::Truth => Sensor::Truth,
-        Against::Rival(rival) => Sensor::Rival(Box::new(rival.tune(&sets.training, sets.tuned_on.tolerance))),
+fn others(asked: Others, sets: &Sets) -> Result<Vec<Sensor>, CliError> {
+    let sensor = |one: Against| {
+        Ok(match one {
+            Against::Sonar => Sensor::Sonar,
+            Against::Truth => Sensor::Truth,
+            Against::Rival(rival) => {
+                Sensor::Rival(Box::new(rival.tune(&sets.training, sets.tuned_on.tolerance)))
+            }
+            Against::Flow => sets.flow()?,
+        })
     };
     asked.0.into_iter().map(sensor).collect()
 }

@@ -6,6 +6,7 @@ use serde::Serialize;
 use vsonar::baseline::answers;
 use vsonar::dataset::{Dataset, TOLERANCE};
 use vsonar::detector::{CompiledDetector, SequenceDetector};
+use vsonar::drive::flow::Flow;
 use vsonar::evolve::is_correct;
 use vsonar::world::office::{Kind, World};
 
@@ -35,6 +36,8 @@ pub(crate) struct Sets {
     pub(crate) tuned_on: TunedOn,
     pub(crate) training: Dataset,
     pub(crate) held_out: Dataset,
+    /// Where they are from.
+    recorded: Recorded,
 }
 
 /// Shares of right answers, 0 to 1.
@@ -76,7 +79,7 @@ impl Sets {
             tolerance,
             as_the_program: own.as_ref() == Some(&recorded),
         };
-        Ok(Sets { tuned_on, training, held_out })
+        Ok(Sets { tuned_on, training, held_out, recorded })
     }
 
     /// How one that drives does on them; none for what looks at no images.
@@ -86,16 +89,35 @@ impl Sets {
             Sensor::Rival(tuned) => tuned.clone(),
             Sensor::Truth => return Ok(Some(Scores { training: 1.0, held_out: 1.0 })),
             Sensor::Sonar => return Ok(None),
+            Sensor::Flow(flow) => {
+                let share = |building| -> Result<f64, CliError> {
+                    let (set, answers) =
+                        flow.answers(self.recorded.world(), building, self.recorded.frames())?;
+                    Ok(self.share(&set, &answers))
+                };
+                let held_out = share(Some(self.recorded.holdout_building()))?;
+                return Ok(Some(Scores { training: share(None)?, held_out }));
+            }
         };
-        let mut share = |set: &Dataset| -> Result<f64, CliError> {
-            let answers = answers(&mut *detector, set)?;
-            let right = |(case, answer): (&vsonar::dataset::Case, &f32)| {
-                is_correct(*answer, f64::from(case.y), self.tuned_on.tolerance)
-            };
-            let right = set.cases().iter().zip(&answers).filter(|&pair| right(pair)).count();
-            Ok(right as f64 / set.cases().len().max(1) as f64)
-        };
+        let mut share =
+            |set: &Dataset| -> Result<f64, CliError> { Ok(self.share(set, &answers(&mut *detector, set)?)) };
         Ok(Some(Scores { training: share(&self.training)?, held_out: share(&self.held_out)? }))
+    }
+
+    /// The share of these answers that are right.
+    fn share(&self, set: &Dataset, answers: &[f32]) -> f64 {
+        let right = |(case, answer): (&vsonar::dataset::Case, &f32)| {
+            is_correct(*answer, f64::from(case.y), self.tuned_on.tolerance)
+        };
+        let right = set.cases().iter().zip(answers).filter(|&pair| right(pair)).count();
+        right as f64 / set.cases().len().max(1) as f64
+    }
+
+    /// The rival that compares frames, tuned on the same pictures with the frames before them.
+    pub(crate) fn flow(&self) -> Result<Sensor, CliError> {
+        let (world, frames) = (self.recorded.world(), self.recorded.frames());
+        let (flow, _) = Flow::tune(world, frames, self.tuned_on.tolerance)?;
+        Ok(Sensor::Flow(flow))
     }
 }
 

@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use vsonar::baseline::{Rival, Tuned};
 use vsonar::detector::CompiledDetector;
+use vsonar::drive::flow::{Flow, FlowDetector};
 use vsonar::drive::sonar::Sonar;
 use vsonar::drive::source::{Camera, RangeSource};
 use vsonar::ir::Program;
@@ -20,12 +21,14 @@ pub(crate) enum Against {
     Truth,
     /// A rival of the literature, tuned on a world's training set.
     Rival(Rival),
+    /// The rival that compares a frame with an earlier one by the robot's motion, tuned likewise.
+    Flow,
 }
 
 impl Against {
     fn all() -> Vec<Against> {
         let rivals = Rival::ALL.into_iter().map(Against::Rival);
-        [Against::Sonar, Against::Truth].into_iter().chain(rivals).collect()
+        [Against::Sonar, Against::Truth].into_iter().chain(rivals).chain([Against::Flow]).collect()
     }
 
     fn name(self) -> &'static str {
@@ -33,6 +36,7 @@ impl Against {
             Against::Sonar => "sonar",
             Against::Truth => "truth",
             Against::Rival(rival) => rival.name(),
+            Against::Flow => "flow",
         }
     }
 }
@@ -70,6 +74,8 @@ pub(crate) enum Sensor {
     Truth,
     /// A rival, tuned.
     Rival(Box<Tuned>),
+    /// The one that compares frames, tuned.
+    Flow(Flow),
 }
 
 impl Sensor {
@@ -80,6 +86,7 @@ impl Sensor {
             Sensor::Sonar => Against::Sonar.name(),
             Sensor::Truth => Against::Truth.name(),
             Sensor::Rival(tuned) => tuned.rival().name(),
+            Sensor::Flow(..) => Against::Flow.name(),
         }
     }
 
@@ -87,6 +94,7 @@ impl Sensor {
     pub(crate) fn tuned(&self) -> Option<String> {
         match self {
             Sensor::Rival(tuned) => Some(tuned.describe()),
+            Sensor::Flow(flow) => Some(flow.describe()),
             Sensor::Program(_) | Sensor::Sonar | Sensor::Truth => None,
         }
     }
@@ -108,6 +116,11 @@ impl Sensor {
             Sensor::Sonar => Box::new(Sonar::new(seed)),
             Sensor::Truth => Box::new(Camera::with_truth(office, columns)),
             Sensor::Rival(tuned) => Box::new(Camera::with(tuned.clone(), office, columns, median)),
+            Sensor::Flow(flow) => {
+                // It knows its camera, as all do whose rows become distances.
+                let flow = Flow { camera: office.camera(), size: office.size(), ..*flow };
+                Box::new(Camera::with(Box::new(FlowDetector::new(flow)), office, columns, median))
+            }
         })
     }
 }
@@ -178,7 +191,7 @@ mod tests {
         use Against::{Sonar, Truth};
         let read = |text: &str| text.parse::<Others>();
         assert_eq!(read("truth, sonar,truth"), Ok(Others(vec![Sonar, Truth])));
-        assert_eq!(read("all").expect("all").0.len(), 2 + Rival::ALL.len());
+        assert_eq!(read("all").expect("all").0.len(), 3 + Rival::ALL.len());
         assert_eq!(read("lorigo,sonar"), Ok(Others(vec![Sonar, Against::Rival(Rival::Lorigo)])));
         let error = read("radar").expect_err("none");
         assert!(error.contains("`radar`") && error.contains("sonar, truth, constant"), "{error}");

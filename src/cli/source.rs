@@ -110,6 +110,11 @@ impl Recorded {
         self.name
     }
 
+    /// Pictures of each building, if not as many as the world has.
+    pub(crate) fn frames(&self) -> Option<usize> {
+        self.frames
+    }
+
     /// The building that is held out.
     pub(crate) fn holdout_building(&self) -> u64 {
         self.holdout_building

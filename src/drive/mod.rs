@@ -9,8 +9,8 @@
 //!     \-----------------------ranges (sonar), true rows (truth)------^
 //! ```
 //!
-//! [`wander`] is the controller, for real robots too; [`robot`] the body; [`source`] and [`sonar`] are where ranges come
-//! from; [`run`] is a run from a start to its end; [`map`] and [`video`] show it.
+//! [`wander`] is the controller, for real robots too; [`robot`] the body; [`source`], [`sonar`] and [`flow`] are where ranges
+//! come from; [`run`] is a run from a start to its end; [`map`] and [`video`] show it.
 //!
 //! What the simulation leaves out: slip, so that odometry is exact; what a command takes to get to the wheels; a robot
 //! that nods when it brakes. A detector's answer is there when the frame is.
@@ -32,6 +32,7 @@
 
 pub mod accuracy;
 mod around;
+pub mod flow;
 pub mod map;
 pub mod published;
 pub mod robot;

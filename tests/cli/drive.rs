@@ -23,7 +23,7 @@ fn short<'a>(flags: &[&'a str]) -> Vec<&'a str> {
 fn tables_put_all_beside_what_was_published() {
     let text = place().ok(&short(&["--against", "all"]));
     assert!(plain(&text), "{text:?}");
-    for sensor in ["program", "sonar", "truth", "constant", "gradient", "polly", "lorigo", "ulrich"] {
+    for sensor in ["program", "sonar", "truth", "constant", "gradient", "polly", "lorigo", "ulrich", "flow"] {
         let rows = text.lines().filter(|line| line.split_whitespace().next() == Some(sensor)).count();
         assert_eq!(rows, 3, "two runs and their sum: {text}");
         assert!(text.contains(&format!("{sensor}, run 2: ")), "{text}");

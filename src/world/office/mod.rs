@@ -50,7 +50,7 @@ pub use grabber::Grabber;
 pub use part::{Part, Thing};
 pub use people::Crowd;
 pub use plan::{Item, ItemKind, Light, Opening, OpeningKind, Person, Plan, PlanError, Start, Stripe};
-pub use record::{ParseWorldError, Shot, World, drive, record};
+pub use record::{Earlier, ParseWorldError, Shot, World, drive, record};
 pub use setup::Setup;
 pub use space::{BODY_HEIGHT, Nearest};
 

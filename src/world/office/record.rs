@@ -3,12 +3,14 @@
 use std::fmt;
 use std::str::FromStr;
 
+use image::GrayImage;
 use rayon::prelude::*;
 
 use super::grabber::{Exposure, Grabber};
 use super::people::Standing;
 use super::wander::Wanderer;
 use super::{FRAME_RATE, Kind, Moment, Office, OfficeError, Place, Plan, Setup};
+use crate::camera::Camera;
 use crate::dataset::{Case, Dataset, NamedImage};
 
 /// Frames of the camera from one recorded picture to the next.
@@ -66,17 +68,35 @@ pub fn drive(office: &Office, frames: usize, seed: u64) -> Vec<Shot> {
 }
 
 fn shots(office: &Office, frames: usize, seed: u64, grabber: &mut Grabber) -> Vec<Shot> {
+    shots_and_before(office, frames, seed, grabber, 0)
+        .into_iter()
+        .filter_map(|mut shots| shots.pop())
+        .collect()
+}
+
+/// For each picture the frames before it, so many as far as there are, and itself as the last.
+fn shots_and_before(
+    office: &Office,
+    frames: usize,
+    seed: u64,
+    grabber: &mut Grabber,
+    before: usize,
+) -> Vec<Vec<Shot>> {
     let mut robot = Wanderer::new(office.start(0), seed);
     let mut crowd = office.crowd();
-    let mut taken = Vec::new();
+    let mut taken: Vec<Vec<Shot>> = Vec::new();
+    let mut stretch = Vec::new();
     for k in 0..frames * EVERY {
         let seconds = k as f64 / FRAME_RATE;
         let place = *robot.place();
         crowd.advance(seconds, Some(&place));
         let moment = crowd.moment();
         let exposure = grabber.expose(&moment, &place);
+        if EVERY - 1 - k % EVERY <= before {
+            stretch.push(Shot { seconds, place, people: moment.people.clone(), exposure });
+        }
         if k % EVERY == EVERY - 1 {
-            taken.push(Shot { seconds, place, people: moment.people.clone(), exposure });
+            taken.push(std::mem::take(&mut stretch));
         }
         robot.step(&moment);
     }
@@ -89,29 +109,54 @@ fn shots(office: &Office, frames: usize, seed: u64, grabber: &mut Grabber) -> Ve
 /// # Errors
 /// If no pictures are asked for, or more than 10,000.
 pub fn record(office: &Office, name: &str, frames: usize, seed: u64) -> Result<Dataset, OfficeError> {
+    Ok(record_with_earlier(office, name, frames, seed, 0)?.0)
+}
+
+/// Where a picture of a recording was taken, and what the camera saw before.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Earlier {
+    /// Where the robot stood for the picture.
+    pub place: Place,
+    /// The frames before it, the latest last, and where the robot was.
+    pub frames: Vec<(Place, GrayImage)>,
+}
+
+/// The same with up to so many frames before each picture, at most [`EVERY`] less one.
+fn record_with_earlier(
+    office: &Office,
+    name: &str,
+    frames: usize,
+    seed: u64,
+    before: usize,
+) -> Result<(Dataset, Vec<Earlier>), OfficeError> {
     if !(1..=10_000).contains(&frames) {
         return Err(OfficeError::Frames(frames));
     }
     let mut grabber = office.grabber(seed);
-    let taken = shots(office, frames, seed, &mut grabber);
+    let taken = shots_and_before(office, frames, seed, &mut grabber, before);
     let columns: Vec<u32> = office.setup().labelled().collect();
+    let develop = |shot: &Shot| grabber.develop(&shot.moment(office), &shot.exposure);
     // what each picture depends on is known: the order in which they are made does not matter
-    let made: Vec<(NamedImage, Vec<u32>)> = taken
+    let made: Vec<(NamedImage, Vec<u32>, Earlier)> = taken
         .par_iter()
         .enumerate()
-        .map(|(i, frame)| {
-            let moment = frame.moment(office);
-            let pixels = grabber.develop(&moment, &frame.exposure);
-            let labels = moment.labels(&frame.place, columns.iter().copied());
-            (NamedImage { name: format!("{name}_{i:04}.png"), pixels }, labels)
+        .filter_map(|(i, shots)| {
+            let (shot, before) = shots.split_last()?;
+            let labels = shot.moment(office).labels(&shot.place, columns.iter().copied());
+            let frames = before.iter().map(|shot| (shot.place, develop(shot))).collect();
+            let image = NamedImage { name: format!("{name}_{i:04}.png"), pixels: develop(shot) };
+            Some((image, labels, Earlier { place: shot.place, frames }))
         })
         .collect();
-    let (mut images, mut cases) = (Vec::new(), Vec::new());
-    for (image, (picture, labels)) in made.into_iter().enumerate() {
+    let (mut images, mut cases, mut earlier) = (Vec::new(), Vec::new(), Vec::new());
+    for (image, (picture, labels, before)) in made.into_iter().enumerate() {
         images.push(picture);
         cases.extend(columns.iter().zip(labels).map(|(&x, y)| Case { image, x, y }));
+        earlier.push(before);
     }
-    Ok(Dataset::new(name, images, cases).expect("pictures of one size with labels inside are a sound set"))
+    let set =
+        Dataset::new(name, images, cases).expect("pictures of one size with labels inside are a sound set");
+    Ok((set, earlier))
 }
 
 /// A world to evolve detectors in: one of the three data sets of Martin (2006).
@@ -198,15 +243,39 @@ impl World {
         changed: bool,
         frames: Option<usize>,
     ) -> Result<Dataset, OfficeError> {
+        Ok(self.recorded_with_earlier(building, changed, frames, 0)?.0)
+    }
+
+    /// The same, and for each picture up to so many of the frames that the camera saw before it (at most 29, for there is
+    /// a picture every 30 frames), as one needs who compares frames.
+    ///
+    /// # Errors
+    /// As [`World::recorded`].
+    pub fn recorded_with_earlier(
+        self,
+        building: Option<u64>,
+        changed: bool,
+        frames: Option<usize>,
+        before: usize,
+    ) -> Result<(Dataset, Vec<Earlier>), OfficeError> {
         let which = match (building, changed) {
             (None, false) => Which::Training,
             (Some(seed), false) => Which::Elsewhere(seed),
             (seed, true) => Which::Changed(seed.unwrap_or(1)),
         };
-        self.set(which, frames)
+        self.set_with_earlier(which, frames, before)
     }
 
     fn set(self, which: Which, frames: Option<usize>) -> Result<Dataset, OfficeError> {
+        Ok(self.set_with_earlier(which, frames, 0)?.0)
+    }
+
+    fn set_with_earlier(
+        self,
+        which: Which,
+        frames: Option<usize>,
+        before: usize,
+    ) -> Result<(Dataset, Vec<Earlier>), OfficeError> {
         let drive = |kind: Kind| {
             let frames = frames.unwrap_or(kind.frames());
             let own = match kind {
@@ -221,26 +290,35 @@ impl World {
                 }
             };
             let building = if matches!(which, Which::Training) { 0 } else { seed };
-            record(&Office::build(&plan, &setup, building)?, kind.name(), frames, seed)
+            record_with_earlier(&Office::build(&plan, &setup, building)?, kind.name(), frames, seed, before)
         };
         match self {
             World::Nsh => drive(Kind::Nsh),
             World::Fmrb => drive(Kind::Fmrb),
-            World::Combined => Ok(every_other(&drive(Kind::Nsh)?, &drive(Kind::Fmrb)?)),
+            World::Combined => Ok(every_other(drive(Kind::Nsh)?, drive(Kind::Fmrb)?)),
         }
+    }
+
+    /// The camera that takes the pictures, but for those of changed buildings.
+    pub fn camera(self) -> Camera {
+        Setup::default().camera
     }
 }
 
+/// A set, and of each picture what was before it.
+type Recording = (Dataset, Vec<Earlier>);
+
 /// Every other picture of two sets, those of the first before those of the second.
-fn every_other(first: &Dataset, second: &Dataset) -> Dataset {
-    let (mut images, mut cases) = (Vec::new(), Vec::new());
+fn every_other(first: Recording, second: Recording) -> Recording {
+    let (mut images, mut cases, mut kept) = (Vec::new(), Vec::new(), Vec::new());
     // 35 of 69 and 35 of 71: the odd ones of the second, the even ones of the first
-    for (set, from) in [(first, 0), (second, 1)] {
-        for (i, image) in set.images().iter().enumerate().skip(from).step_by(2) {
+    for ((set, earlier), from) in [(first, 0), (second, 1)] {
+        for (i, (image, earlier)) in set.images().iter().zip(earlier).enumerate().skip(from).step_by(2) {
             let of_image = set.cases().iter().filter(|case| case.image == i);
             cases.extend(of_image.map(|case| Case { image: images.len(), ..*case }));
             images.push(image.clone());
+            kept.push(earlier);
         }
     }
-    Dataset::new("combined", images, cases).expect("two sound sets of one size are one")
+    (Dataset::new("combined", images, cases).expect("two sound sets of one size are one"), kept)
 }
