@@ -375,3 +375,125 @@ fn used(marks: &Marks) -> Vec<u32> {
     }
     counts.into_iter().filter(|(_, count)| 2 * count >= images.len()).map(|(x, _)| x).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn folder(images: &[&str]) -> tempfile::TempDir {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        for name in images {
+            let path = dir.path().join(name);
+            fs::create_dir_all(path.parent().expect("below")).expect("writable");
+            GrayImage::new(40, 30).save(path).expect("writable");
+        }
+        dir
+    }
+
+    fn change(image: &str, x: u32, from: Option<Mark>, to: Option<Mark>) -> Vec<Change> {
+        vec![Change { image: image.into(), x, from, to }]
+    }
+
+    #[test]
+    fn images_are_in_order_and_others_are_named() {
+        let dir = folder(&[
+            "f10.png",
+            "f9.png",
+            "images/f1.png",
+            "images/f9.png",
+            ".hidden.png",
+            "deep/down/a.png",
+        ]);
+        GrayImage::new(41, 30).save(dir.path().join("f11.png")).expect("writable");
+        fs::write(dir.path().join("f12.jpg"), "no image").expect("writable");
+        fs::write(dir.path().join("labels.csv"), "image,x,y\ndown/a.png,1,2\ndeep/down/a.png,1,2\n")
+            .expect("writable");
+        let session = Session::open(dir.path(), &Columns::Spread(2)).expect("sound");
+        assert_eq!(session.images().collect::<Vec<_>>(), ["deep/down/a.png", "f1.png", "f9.png", "f10.png"]);
+        let left_out: Vec<&str> = session.left_out().iter().map(|file| file.name.as_str()).collect();
+        assert_eq!(left_out, ["down/a.png", "f12.jpg", "f11.png"]);
+        assert_eq!((session.size(), session.columns()), ((40, 30), &[10, 30][..]));
+        assert_eq!(session.progress(), Progress { asked: 8, labels: 0, skipped: 0 });
+    }
+
+    #[test]
+    fn columns_are_those_of_the_table_unless_given() {
+        let dir = folder(&["a.png", "b.png", "c.png"]);
+        let columns = |columns: Columns| Session::open(dir.path(), &columns).map(|s| s.columns().to_vec());
+        assert_eq!(columns(Columns::AsBefore(4)).expect("sound"), [5, 15, 25, 35]);
+        fs::write(dir.path().join("labels.csv"), "image,x,y\na.png,7,2\na.png,9,2\nb.png,7,1\nc.png,3,1\n")
+            .expect("writable");
+        assert_eq!(columns(Columns::AsBefore(4)).expect("sound"), [7]);
+        assert_eq!(columns(Columns::These(vec![9, 3, 9])).expect("sound"), [3, 9]);
+        for wrong in [Columns::Spread(41), Columns::Spread(0), Columns::These(vec![40])] {
+            assert!(matches!(columns(wrong.clone()), Err(SessionError::Columns(_))), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn threads_and_sessions_keep_each_others_marks() {
+        let names: Vec<String> = (0..4).map(|i| format!("{i}.png")).collect();
+        let dir = folder(&names.iter().map(String::as_str).collect::<Vec<_>>());
+        let open = || Session::open(dir.path(), &Columns::Spread(4)).expect("sound");
+        let sessions = [open(), open()];
+        std::thread::scope(|scope| {
+            for (i, name) in names.iter().enumerate() {
+                let session = &sessions[i % 2];
+                scope.spawn(move || {
+                    for &x in session.columns() {
+                        for row in 0..4u32 {
+                            let from = row.checked_sub(1).map(Mark::Row);
+                            let applied = session.apply(change(name, x, from, Some(Mark::Row(row))));
+                            assert!(applied.expect("writable").refused.is_empty());
+                        }
+                    }
+                });
+            }
+        });
+        for session in &sessions {
+            let (_, cells) = session.since(0).expect("readable");
+            assert_eq!(cells.len(), 16);
+            assert!(cells.iter().all(|cell| cell.mark == Some(Mark::Row(3))), "{cells:?}");
+        }
+        let set = crate::dataset::Dataset::load(dir.path()).expect("sound");
+        assert_eq!((set.cases().len(), set.labels()), (16, vec![3; 16]));
+    }
+
+    #[test]
+    fn a_change_that_has_not_seen_the_last_one_is_refused() {
+        let dir = folder(&["a.png"]);
+        let session = Session::open(dir.path(), &Columns::Spread(1)).expect("sound");
+        let apply = |from, to| session.apply(change("a.png", 20, from, to)).expect("writable").refused;
+        let (five, six) = (Some(Mark::Row(5)), Some(Mark::Row(6)));
+        assert_eq!(apply(None, five), []);
+        assert_eq!(apply(None, six), [Cell { image: "a.png".into(), x: 20, mark: five }]);
+        // The same again, as when the answer was lost.
+        assert_eq!(apply(None, five), []);
+        assert_eq!(apply(five, Some(Mark::Skip)), []);
+        assert_eq!(session.progress(), Progress { asked: 1, labels: 0, skipped: 1 });
+        assert_eq!(apply(five, None), [Cell { image: "a.png".into(), x: 20, mark: Some(Mark::Skip) }]);
+        assert_eq!(apply(Some(Mark::Skip), None), []);
+        let (revision, cells) = session.since(1).expect("readable");
+        assert_eq!(cells, [Cell { image: "a.png".into(), x: 20, mark: None }]);
+        assert_eq!(session.since(revision).expect("readable"), (revision, vec![]));
+        assert!(session.fault(&change("a.png", 20, None, Some(Mark::Row(30)))[0]).is_some());
+        assert!(session.fault(&change("a.png", 20, None, Some(Mark::Row(29)))[0]).is_none());
+    }
+
+    #[test]
+    fn a_failure_to_write_changes_nothing() {
+        let dir = folder(&["a.png"]);
+        let session = Session::open(dir.path(), &Columns::Spread(1)).expect("sound");
+        for (name, mark) in [("labels.csv", Mark::Row(5)), ("labels.skip.csv", Mark::Skip)] {
+            let way = dir.path().join(format!(".{name}.tmp"));
+            fs::create_dir(&way).expect("writable");
+            let error =
+                session.apply(change("a.png", 20, None, Some(mark))).expect_err("in the way").to_string();
+            assert!(error.contains(name) && error.contains("cannot write the file"), "{error}");
+            assert_eq!(session.progress(), Progress { asked: 1, labels: 0, skipped: 0 });
+            fs::remove_dir(&way).expect("there");
+        }
+        assert_eq!(session.apply(change("a.png", 20, None, Some(Mark::Skip))).expect("writable").refused, []);
+    }
+}

@@ -136,6 +136,8 @@ function picture(index) {
 async function show(index) {
   if (index < 0 || index >= session.images.length) return say(index < 0 ? "This is the first image." : "This is the last image.");
   image = index;
+  // Never the marks of one image on another; one that is there already is shown before the next frame is drawn.
+  view.image = null;
   const gap = session.columns.findIndex((_, i) => mark(i) === null);
   column = Math.max(gap, 0);
   history.replaceState(null, "", `#${image + 1}`);
@@ -180,8 +182,11 @@ function toggleSuggestions() {
   say(suggesting ? "The detector's answers are shown; a takes one." : "The detector's answers are hidden.");
 }
 
-function take(all) {
+async function take(all) {
   if (!suggesting) return toggleSuggestions();
+  const at = image;
+  if (!suggestions.has(image)) await suggest();
+  if (at !== image) return;
   const columns = all ? session.columns.map((_, i) => i).filter((i) => mark(i) === null) : [column];
   const wanted = columns.filter((i) => suggested(i) !== null);
   if (!wanted.length) return say(all ? "Nothing to take." : "The detector has no answer in this column.");
@@ -219,11 +224,13 @@ function render() {
   $("name").textContent = name();
   $("count").textContent = `Image ${image + 1} of ${session.images.length} · ${session.folder}`;
   document.title = `${image + 1}/${session.images.length} ${name()} – vsonar label`;
+  canvas.dataset.image = view.image ? image + 1 : "";
   renderColumns();
   renderProgress();
   renderSaved();
-  const here = `Column ${column + 1} of ${session.columns.length}, x = ${x()}: ${mark() === null ? `${told(draft())} if accepted` : told(mark())}`;
-  const status = message || (isDone(image) ? `${here}. All columns are marked: n for the next image.` : here);
+  const value = drag ?? mark();
+  const here = `Column ${column + 1} of ${session.columns.length}, x = ${x()}: ${value === null ? `${told(draft())} if accepted` : told(value)}`;
+  const status = message || (isDone(image) ? `${here} · image complete` : here);
   if ($("status").textContent !== status) $("status").textContent = status;
   $("previous").disabled = image === 0;
   $("next").disabled = image === session.images.length - 1;
@@ -300,6 +307,11 @@ function renderSaved() {
   if (state === "sending") setTimeout(paint, SLOW);
 }
 
+function help() {
+  $("help").showModal();
+  $("help").scrollTop = 0;
+}
+
 // ---- keys
 
 const KEYS = {
@@ -314,7 +326,7 @@ const KEYS = {
   f: () => firstGap() || say("Every column of every image is marked."),
   s: toggleSuggestions, a: () => take(false), A: () => take(true),
   "+": () => zoom(1.5), "=": () => zoom(1.5), "-": () => zoom(1 / 1.5), "0": () => { view.fit(); paint(); },
-  "?": () => $("help").showModal(),
+  "?": help,
 };
 
 function zoom(factor) {
@@ -421,7 +433,7 @@ const BUTTONS = {
   previous: () => show(image - 1), next: () => show(image + 1), up: () => nudge(-1), down: () => nudge(1), accept,
   ground: () => andOn(0), skip: () => andOn("skip"), copy, clear: () => put(null), undo, suggest: toggleSuggestions,
   take: () => take(false), "zoom-in": () => zoom(1.5), "zoom-out": () => zoom(1 / 1.5),
-  "zoom-fit": () => { view.fit(); paint(); }, "help-open": () => $("help").showModal(),
+  "zoom-fit": () => { view.fit(); paint(); }, "help-open": help,
 };
 for (const [id, action] of Object.entries(BUTTONS)) {
   $(id).addEventListener("click", (event) => {
@@ -487,5 +499,5 @@ marks.addEventListener("refused", ({ detail: { image: file, x: at, to, now } }) 
 });
 window.addEventListener("resize", () => { view.hold(); paint(); });
 window.addEventListener("beforeunload", (event) => { if (marks.unsaved) event.preventDefault(); });
-document.addEventListener("visibilitychange", () => { if (document.hidden) marks.flush(); });
+window.addEventListener("pagehide", () => marks.leave());
 begin();

@@ -108,6 +108,15 @@ export class Marks extends EventTarget {
     if (again) setTimeout(() => this.flush(), again); else this.flush();
   }
 
+  /// Sends what is left, without waiting for an answer: the window is being closed.
+  leave() {
+    const underWay = new Map((this.#sending ?? []).map((c) => [key(c.image, c.x), c.to]));
+    const left = [...this.#wanted.values()]
+      .map((c) => ({ ...c, from: underWay.has(key(c.image, c.x)) ? underWay.get(key(c.image, c.x)) : c.from }))
+      .filter(({ from, to }) => from !== to);
+    for (let i = 0; i < left.length; i += BATCH) this.#ask("marks", { marks: left.slice(i, i + BATCH) }).catch(() => {});
+  }
+
   /// The server has these, but for those that it refused because they are others' now.
   #settle(marks, refused) {
     this.#failures = 0;
@@ -151,12 +160,12 @@ export class Marks extends EventTarget {
         this.dispatchEvent(new Event("restart"));
       } else if (answers === this.#answers && !this.#sending) {
         this.#revision = news.revision;
-        let new_ones = 0;
+        let others = 0;
         for (const { image, x, mark } of news.marks) {
-          if ((this.#saved.get(key(image, x)) ?? null) !== mark) new_ones += 1;
+          if ((this.#saved.get(key(image, x)) ?? null) !== mark) others += 1;
           if (mark === null) this.#saved.delete(key(image, x)); else this.#saved.set(key(image, x), mark);
         }
-        if (new_ones) this.#changed();
+        if (others) this.#changed();
       }
       if (this.problem && !this.#wanted.size) { this.problem = null; this.#failures = 0; this.#changed(); }
     } catch (error) {

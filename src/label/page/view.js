@@ -128,12 +128,14 @@ export class View {
     const [first, last] = [top, top + this.size.height * s];
     const foot = (row) => row === 0 ? first : top + (row + 1) * s;
     const { mark, active } = column;
+    // The pixel in question stays free of what marks it.
+    const open = reach > 14 ? 6 : 0;
     this.#line(x, first, x, last, active ? "#ffb62790" : COLOURS.line, 1, mark === "skip" ? [3, 6] : []);
     if (typeof mark === "number") {
       const y = foot(mark);
       const colour = active ? COLOURS.active : COLOURS.mark;
-      this.#line(x, y, x, last, colour, 2);
-      this.#line(x - reach, y, x + reach, y, colour, active ? 4 : 3);
+      this.#line(x, Math.min(y + open, last), x, last, colour, 2);
+      this.#tick(x, y, open, reach, colour, active ? 4 : 3);
       if (s >= 5 && mark > 0) {
         c.lineWidth = 1.5;
         c.strokeStyle = colour;
@@ -145,13 +147,18 @@ export class View {
       this.#line(x - 7, y + 7, x + 7, y - 7, active ? COLOURS.active : COLOURS.skip, 3);
     } else if (active) {
       const y = foot(column.draft);
-      this.#line(x, y, x, last, COLOURS.active, 2, [2, 5]);
-      this.#line(x - reach, y, x + reach, y, COLOURS.halo, 6);
-      this.#line(x - reach, y, x + reach, y, COLOURS.active, 3, [6, 4]);
+      this.#line(x, Math.min(y + open, last), x, last, COLOURS.active, 2, [2, 5]);
+      this.#tick(x, y, open, reach, COLOURS.halo, 4);
+      this.#tick(x, y, open, reach, COLOURS.active, 3, [5, 3]);
     }
     if (typeof column.before === "number") this.#diamond(x - reach - 7, foot(column.before));
     if (typeof column.suggestion === "number") this.#triangle(x + reach + 4, foot(column.suggestion));
     this.#number(column, x, Math.min(last, this.canvas.clientHeight - 12), count);
+  }
+
+  #tick(x, y, open, reach, colour, width, dash) {
+    this.#line(x - reach, y, x - open, y, colour, width, dash);
+    this.#line(x + open, y, x + reach, y, colour, width, dash);
   }
 
   #diamond(x, y) {
@@ -215,8 +222,8 @@ export class View {
     c.imageSmoothingEnabled = false;
     const [ox, oy] = [cx - (column.x + 0.5) * zoom, cy - (row + 1) * zoom];
     c.drawImage(this.image, ox, oy, this.size.width * zoom, this.size.height * zoom);
-    this.#line(cx, cy, cx, cy + radius, COLOURS.active, 2);
-    this.#line(cx - 24, cy, cx + 24, cy, COLOURS.active, 3);
+    this.#line(cx, cy + 10, cx, cy + radius, COLOURS.active, 2);
+    this.#tick(cx, cy, 10, 34, COLOURS.active, 3);
     c.restore();
     c.beginPath();
     c.arc(cx, cy, radius, 0, 2 * Math.PI);
