@@ -28,6 +28,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod columns;
 mod images;
 mod mark;
 mod routes;
@@ -35,8 +36,9 @@ mod session;
 mod store;
 mod table;
 
+pub use columns::Columns;
 pub use images::LeftOut;
 pub use mark::{Change, Mark};
 pub use routes::serve;
-pub use session::{Applied, Columns, Progress, Session, SessionError};
+pub use session::{Applied, Cell, Progress, Session, SessionError};
 pub use store::StoreError;

@@ -7,23 +7,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use image::GrayImage;
 use serde::Serialize;
 
+use super::columns::Columns;
 use super::images::{Images, LeftOut, Picture, confined};
 use super::mark::{Change, Mark, Marks};
 use super::store::{Store, StoreError};
 use crate::dataset::{DatasetError, Fault, FaultKind, Place};
 use crate::detector::{DetectError, Detector};
 use crate::vision::{ImageError, load_gray};
-
-/// Which columns are to be marked in every image.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Columns {
-    /// So many, in the middle of equal parts of the image.
-    Spread(u32),
-    /// These.
-    These(Vec<u32>),
-    /// Those in which at least half of the images that have labels have one; if there is none, so many spread ones.
-    AsBefore(u32),
-}
 
 /// Why a folder cannot be labelled.
 #[derive(Debug, thiserror::Error)]
@@ -152,8 +142,12 @@ impl Session {
             return Err(store.faulty(outside).into());
         }
         let marks = contents.marks();
-        let columns = columns.of(width, &marks)?;
-        let places = pictures.iter().enumerate().map(|(i, picture)| (picture.name.clone(), i)).collect();
+        let places: BTreeMap<String, usize> =
+            pictures.iter().enumerate().map(|(i, picture)| (picture.name.clone(), i)).collect();
+        // Images that are elsewhere may have another width.
+        let here = marks.iter().filter(|((image, _), _)| places.contains_key(image));
+        let here = here.map(|(key, mark)| (key.clone(), *mark)).collect();
+        let columns = columns.of(width, &here).map_err(SessionError::Columns)?;
         let state = State { store, marks, revision: 1, changed: BTreeMap::new() };
         let (size, state) = ((width, height), Mutex::new(state));
         Ok(Session { dir: real, pictures, places, size, columns, left_out, detector: None, state })
@@ -333,47 +327,6 @@ impl State {
             self.changed.extend(new.into_iter().map(|key| (key, self.revision)));
         }
     }
-}
-
-impl Columns {
-    fn of(&self, width: u32, marks: &Marks) -> Result<Vec<u32>, SessionError> {
-        let spread = |n: u32| {
-            let (n, width) = (u64::from(n), u64::from(width));
-            (0..n).map(|i| ((2 * i + 1) * width / (2 * n)) as u32).collect::<Vec<_>>()
-        };
-        let mut columns = match self {
-            Columns::Spread(n) | Columns::AsBefore(n) if *n > width || *n == 0 => {
-                let text = format!("{n} columns: the images have {width}");
-                return Err(SessionError::Columns(text));
-            }
-            Columns::Spread(n) => spread(*n),
-            Columns::These(columns) => columns.clone(),
-            Columns::AsBefore(n) => {
-                let before = used(marks);
-                if before.is_empty() { spread(*n) } else { before }
-            }
-        };
-        columns.sort_unstable();
-        columns.dedup();
-        match columns.iter().find(|&&column| column >= width) {
-            Some(column) => {
-                let text =
-                    format!("column {column} is outside the images, whose columns are 0 to {}", width - 1);
-                Err(SessionError::Columns(text))
-            }
-            None => Ok(columns),
-        }
-    }
-}
-
-/// Columns in which at least half of the images with a mark have one.
-fn used(marks: &Marks) -> Vec<u32> {
-    let images: BTreeSet<&str> = marks.keys().map(|(image, _)| image.as_str()).collect();
-    let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
-    for (_, x) in marks.keys() {
-        *counts.entry(*x).or_default() += 1;
-    }
-    counts.into_iter().filter(|(_, count)| 2 * count >= images.len()).map(|(x, _)| x).collect()
 }
 
 #[cfg(test)]

@@ -260,14 +260,21 @@ function renderColumns() {
   }
 }
 
-function renderProgress() {
-  let done = 0;
-  let images = 0;
+/// Marks made and images done, counted again after a change only.
+let tally = null;
+function counted() {
+  if (tally) return tally;
+  tally = { done: 0, images: 0 };
   session.images.forEach((_, i) => {
     const made = session.columns.filter((_, at) => mark(at, i) !== null).length;
-    done += made;
-    images += made === session.columns.length;
+    tally.done += made;
+    tally.images += made === session.columns.length;
   });
+  return tally;
+}
+
+function renderProgress() {
+  const { done, images } = counted();
   const all = asked();
   $("bar").firstChild.style.width = `${100 * done / all}%`;
   $("bar").setAttribute("aria-valuemax", all);
@@ -466,6 +473,7 @@ async function begin() {
     $("alert").textContent = `${error.message} Trying again.`;
     return setTimeout(begin, 1500);
   }
+  tally = null;
   pictures.clear();
   suggestions.clear();
   document.body.classList.toggle("suggests", session.suggests);
@@ -489,7 +497,7 @@ async function begin() {
   document.body.dataset.ready = "true";
 }
 
-marks.addEventListener("change", paint);
+marks.addEventListener("change", () => { tally = null; paint(); });
 marks.addEventListener("say", (event) => { alerted = event.detail; paint(); });
 marks.addEventListener("restart", begin);
 marks.addEventListener("refused", ({ detail: { image: file, x: at, to, now } }) => {
