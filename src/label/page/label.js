@@ -193,7 +193,7 @@ async function take(all) {
   const fresh = wanted.filter((i) => mark(i) === null).length;
   marks.set(wanted.map((i) => ({ image: name(), x: x(i), to: suggested(i) })));
   noteMark(fresh);
-  if (all) say(`Took ${wanted.length} answers.`); else advance();
+  if (all) say(`Took ${wanted.length} answer${wanted.length === 1 ? "" : "s"}.`); else advance();
 }
 
 // ---- what is seen
