@@ -50,11 +50,8 @@ pub(super) fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<Named>, V
 /// The same of a file's content. The number is none where the header is faulty.
 pub(crate) fn parse_table(bytes: &[u8], faults: &mut Vec<Fault>) -> (Vec<Named>, Vec<Row>, Option<usize>) {
     // The header is read as a row of its own, for its line is needed too.
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(bytes);
+    let mut reader =
+        csv::ReaderBuilder::new().has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(bytes);
     let mut lines = Lines { bytes, counted: 0, line: 1 };
     let mut record = csv::ByteRecord::new();
     let mut header: Option<Header> = None;
