@@ -75,7 +75,7 @@ impl Server {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let gate = Arc::new(Gate::new(self.port, self.token.clone()));
         let app = Router::new()
-            .nest(&format!("/{}", self.token), pages)
+            .nest(&format!("/{}/", self.token), pages)
             .layer(DefaultBodyLimit::max(MAX_BODY))
             .layer(from_fn_with_state(gate, gate::guard));
         let (stop, stopped) = oneshot::channel::<()>();

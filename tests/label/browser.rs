@@ -133,12 +133,6 @@ impl Browser {
         self.runtime.block_on(self.client.execute(&script, vec![])).expect("the script runs")
     }
 
-    /// What a script answers that calls `done`.
-    pub(crate) fn run(&self, script: &str) -> Value {
-        let script = format!("const done = arguments[0]; {script}");
-        self.runtime.block_on(self.client.execute_async(&script, vec![])).expect("the script runs")
-    }
-
     /// Waits until an expression is true in the page.
     pub(crate) fn wait(&self, expression: &str) {
         let start = Instant::now();
@@ -213,6 +207,7 @@ impl Browser {
     }
 
     /// A picture of the window, as PNG.
+    #[allow(dead_code)] // the example takes some
     pub(crate) fn screenshot(&self) -> Vec<u8> {
         self.runtime.block_on(self.client.screenshot()).expect("a picture")
     }
