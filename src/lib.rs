@@ -50,11 +50,13 @@ pub mod evolve;
 pub mod exec;
 pub mod export;
 pub mod frames;
+pub mod label;
 pub mod lower;
 pub mod report;
 pub mod statistics;
 pub mod tree;
 pub mod vision;
+pub mod web;
 pub mod world;
 
 pub use vsonar_ir as ir;

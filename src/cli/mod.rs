@@ -28,6 +28,7 @@ mod export;
 mod interrupt;
 mod ir;
 mod jobs;
+mod label;
 mod live;
 mod memory;
 mod new_folder;
@@ -62,6 +63,7 @@ Examples:
   vsonar evolve                                 a first run, on built-in images of an office
   vsonar evolve --data photos                   evolve on images and labels of your own
   vsonar sweep settings.toml                    compare settings over many seeds
+  vsonar label photos                           make labels of your own, in the browser
   vsonar eval runs/photos-seed-1/best.gp --data photos
   vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
   vsonar run runs/photos-seed-1/best.gp --input photos    its answers to a camera's frames
@@ -92,6 +94,7 @@ enum Command {
     Export(Box<export::Args>),
     Bench(Box<bench::Args>),
     Calibrate(calibrate::Args),
+    Label(label::Args),
     Data(data::Args),
     Synth(synth::Args),
     Completions(completions::Args),
@@ -118,6 +121,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Export(args) => export::run(*args),
         Command::Bench(args) => bench::run(*args),
         Command::Calibrate(args) => calibrate::run(args),
+        Command::Label(args) => label::run(args),
         Command::Data(args) => data::run(args),
         Command::Synth(args) => synth::run(args),
         Command::Completions(args) => completions::run(args),

@@ -19,9 +19,9 @@ use crate::vision::{ImageError, load_gray};
 use vsonar_ir::Program;
 
 /// Name of the table in a folder.
-pub(super) const TABLE: &str = "labels.csv";
+pub(crate) const TABLE: &str = "labels.csv";
 /// Name of the subfolder for images.
-pub(super) const IMAGES: &str = "images";
+pub(crate) const IMAGES: &str = "images";
 
 /// What a folder holds: the sound part of it, and the faults.
 pub(super) struct Scan {
@@ -102,7 +102,8 @@ pub(super) fn assemble(
     for (i, case) in cases.iter().enumerate() {
         let at = Place::Case(i);
         if case.image < images.len() {
-            rows.push(Row { at, image: case.image, x: Some(case.x.into()), y: Some(case.y.into()) });
+            let (x, y) = (Some(case.x.into()), Some(case.y.into()));
+            rows.push(Row { at, image: case.image, x, y, bytes: 0..0 });
         } else {
             faults.push(Fault { at, kind: FaultKind::NoImage(case.image) });
         }
@@ -194,7 +195,7 @@ fn examine(
     }
     let mut cases = Vec::with_capacity(rows.len());
     let mut first_at: BTreeMap<(usize, i128), Place> = BTreeMap::new();
-    for Row { at, image, x, y } in rows {
+    for Row { at, image, x, y, .. } in rows {
         let name = &pictures[image].name;
         let mut duplicate = false;
         if let Some(x) = x {

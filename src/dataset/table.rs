@@ -1,26 +1,29 @@
 //! Reading `labels.csv`: rows as they stand, with their lines, not yet held against the images.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Component, Path};
 
 use super::fault::{Fault, FaultKind, Place};
 
 /// One row, its numbers not yet held against an image.
-pub(super) struct Row {
-    pub(super) at: Place,
+pub(crate) struct Row {
+    pub(crate) at: Place,
     /// Index in the list of images.
-    pub(super) image: usize,
-    pub(super) x: Option<i128>,
-    pub(super) y: Option<i128>,
+    pub(crate) image: usize,
+    pub(crate) x: Option<i128>,
+    pub(crate) y: Option<i128>,
+    /// Where it stands in the file, with the end of its line and blank lines after it.
+    pub(crate) bytes: Range<usize>,
 }
 
 /// An image that the table names.
-pub(super) struct Named {
+pub(crate) struct Named {
     /// Its first row.
-    pub(super) at: Place,
-    pub(super) name: String,
+    pub(crate) at: Place,
+    pub(crate) name: String,
     /// The place it is from, if the table says so.
-    pub(super) group: Option<String>,
+    pub(crate) group: Option<String>,
 }
 
 /// The distinct images of the table, the rows that name a confined image, and the number of all rows.
@@ -37,18 +40,26 @@ pub(super) fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<Named>, V
             return nothing;
         }
     };
+    let (images, rows, count) = parse_table(&bytes, faults);
+    if count == Some(0) {
+        faults.push(Fault { at: Place::Set, kind: FaultKind::Empty });
+    }
+    (images, rows, count.unwrap_or_default())
+}
+
+/// The same of a file's content. The number is none where the header is faulty.
+pub(crate) fn parse_table(bytes: &[u8], faults: &mut Vec<Fault>) -> (Vec<Named>, Vec<Row>, Option<usize>) {
     // The header is read as a row of its own, for its line is needed too.
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(bytes.as_slice());
-    let mut lines = Lines { bytes: &bytes, counted: 0, line: 1 };
+    let mut reader =
+        csv::ReaderBuilder::new().has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(bytes);
+    let mut lines = Lines { bytes, counted: 0, line: 1 };
     let mut record = csv::ByteRecord::new();
     let mut header: Option<Header> = None;
     let mut images: Vec<Named> = Vec::new();
     let mut index: BTreeMap<String, usize> = BTreeMap::new();
-    let (mut rows, mut count) = (Vec::new(), 0);
+    let (mut rows, mut count): (Vec<Row>, usize) = (Vec::new(), 0);
+    // Whether the last row read is still without its end.
+    let mut open = false;
     loop {
         match reader.read_byte_record(&mut record) {
             Ok(true) => {}
@@ -59,12 +70,17 @@ pub(super) fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<Named>, V
             }
         }
         let at = Place::Line(lines.of(record.position().map_or(0, csv::Position::byte)));
+        let start = lines.counted;
+        if let Some(row) = rows.last_mut().filter(|_| open) {
+            row.bytes.end = start;
+        }
+        open = false;
         let Some(header) = &header else {
             match Header::read(&record) {
                 Ok(read) => header = Some(read),
                 Err(kind) => {
                     faults.push(Fault { at, kind });
-                    return nothing;
+                    return (Vec::new(), Vec::new(), None);
                 }
             }
             continue;
@@ -99,12 +115,10 @@ pub(super) fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<Named>, V
                 [images[image].group.as_deref(), group].map(|g| g.unwrap_or_default().into());
             faults.push(Fault { at, kind: FaultKind::Group { image: name.into(), first, second } });
         }
-        rows.push(Row { at, image, x, y });
+        rows.push(Row { at, image, x, y, bytes: start..bytes.len() });
+        open = true;
     }
-    if count == 0 {
-        faults.push(Fault { at: Place::Set, kind: FaultKind::Empty });
-    }
-    (images, rows, count)
+    (images, rows, Some(count))
 }
 
 /// Counts lines. The reader's own count stops before blank lines, which it skips.
@@ -131,14 +145,15 @@ impl Lines<'_> {
 }
 
 /// Where the three columns stand, and the fourth if there is one.
-struct Header {
-    columns: [usize; 3],
-    group: Option<usize>,
-    fields: usize,
+pub(crate) struct Header {
+    /// Those of `image`, `x` and `y`.
+    pub(crate) columns: [usize; 3],
+    pub(crate) group: Option<usize>,
+    pub(crate) fields: usize,
 }
 
 impl Header {
-    fn read(record: &csv::ByteRecord) -> Result<Header, FaultKind> {
+    pub(crate) fn read(record: &csv::ByteRecord) -> Result<Header, FaultKind> {
         let names: Vec<_> = record.iter().map(String::from_utf8_lossy).collect();
         let optional = |wanted: &str| {
             let mut places = names.iter().enumerate().filter(|(_, n)| n.as_ref() == wanted).map(|(i, _)| i);
@@ -176,7 +191,7 @@ impl Header {
 
 /// A plain relative path: nothing that leads out of the folder on any platform, no second spelling of the
 /// same file, nothing the table would not give back.
-pub(super) fn is_confined(name: &str) -> bool {
+pub(crate) fn is_confined(name: &str) -> bool {
     let parts: Option<Vec<&str>> = Path::new(name)
         .components()
         .map(|part| match part {

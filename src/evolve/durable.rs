@@ -60,14 +60,25 @@ fn temporary(path: &Path) -> PathBuf {
 /// Replaces a file as a whole: written under a temporary name in the same folder, brought to the disk, renamed.
 /// On failure the old file stays as it was.
 pub(super) fn replace(path: &Path, bytes: &[u8], sync: Sync) -> Result<(), FileError> {
+    put(path, bytes, sync).naming(path, "write the file")?;
+    if sync == Sync::Now { sync_folder_of(path) } else { Ok(()) }
+}
+
+/// The same for files that are not of a run, whose remedies are others.
+pub(crate) fn replace_now(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    put(path, bytes, Sync::Now)?;
+    sync_folder_of(path).map_err(|error| error.source)
+}
+
+/// Without bringing the folder's names to the disk.
+fn put(path: &Path, bytes: &[u8], sync: Sync) -> io::Result<()> {
     let new = temporary(path);
     let written = write_new(&new, bytes, sync).and_then(|()| fs::rename(&new, path));
     if written.is_err() {
         // The failure that counts is the first one.
         let _ = fs::remove_file(&new);
     }
-    written.naming(path, "write the file")?;
-    if sync == Sync::Now { sync_folder_of(path) } else { Ok(()) }
+    written
 }
 
 fn write_new(path: &Path, bytes: &[u8], sync: Sync) -> io::Result<()> {

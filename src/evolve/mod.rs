@@ -45,7 +45,7 @@ mod cache;
 mod cases;
 mod collapse;
 mod diversity;
-mod durable;
+pub(crate) mod durable;
 mod evaluate;
 mod folder;
 mod hall_of_fame;

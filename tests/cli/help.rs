@@ -18,6 +18,7 @@ const COMMANDS: &[&[&str]] = &[
     &["export"],
     &["bench"],
     &["calibrate"],
+    &["label"],
     &["data"],
     &["data", "check"],
     &["data", "synth"],
@@ -61,6 +62,7 @@ fn every_command_has_help_with_examples() {
         "export",
         "bench",
         "calibrate",
+        "label",
         "data",
         "synth",
         "completions",
@@ -187,6 +189,9 @@ fn other_stated_defaults_are_the_real_ones() {
     ] {
         assert!(of_flag(&run, flag).contains(&format!("[default: {value}]")), "{flag}: {run}");
     }
+    let label = help(&["label"]);
+    assert!(of_flag(&label, "--port").contains("[default: 0]"), "{label}");
+    assert!(of_flag(&label, "--columns").contains("[default: those that the table has, else 6]"), "{label}");
     let drive = help(&["drive"]);
     for (flag, value) in [("--world", "fmrb"), ("--runs", "5"), ("--columns", "12"), ("--minutes", "45")] {
         assert!(of_flag(&drive, flag).contains(&format!("[default: {value}]")), "{flag}: {drive}");

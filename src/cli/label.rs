@@ -1,0 +1,196 @@
+//! `vsonar label`: the page on which labels are made.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use serde::Serialize;
+use vsonar::detector::CompiledDetector;
+use vsonar::ir::opt;
+use vsonar::label::{self, Columns, LeftOut, Progress, Session, SessionError};
+use vsonar::web::Server;
+
+use super::executor::with_stack;
+use super::output::{self, count, printable, shell_word};
+use super::program::Loaded;
+use super::{CliError, interrupt, run_columns};
+
+const EXAMPLES: &str = "\
+Examples:
+  vsonar label photos                           six columns of each image in the folder
+  vsonar label photos --columns 20,60,100       these columns
+  vsonar label photos --suggest runs/photos-seed-1
+      the answers of a program on request, to be accepted or corrected
+  vsonar label photos --open                    show the page in the browser at once
+
+Open the address that is printed; the page explains its keys (press ?). A label is the row, from the top, of the
+lowest pixel that is not ground; ground all the way up is 0. Every mark is saved in `labels.csv` at once, columns that
+cannot be labelled in `labels.skip.csv`; what else stands in the table stays. The page is for this machine alone, and
+only for those who know the address. Ctrl-C ends the command and says what is saved, with exit code 130.";
+
+/// Columns unless they are given or the table has some.
+const COLUMNS: u32 = 6;
+
+/// Label images by hand, in a page that a browser on this machine shows
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// The folder of images; a data folder is gone on with
+    dir: PathBuf,
+    /// So many columns, evenly spread; or these, as in 20,60,100 (a single one as in 160,) [default: those that the
+    /// table has, else 6]
+    #[arg(long, value_name = "N|X,X", value_parser = run_columns::parse)]
+    columns: Option<run_columns::Columns>,
+    /// The port of 127.0.0.1; 0 takes any that is free
+    #[arg(long, value_name = "PORT", default_value_t = 0)]
+    port: u16,
+    /// A program whose answers are shown on request: .gp, .vir, or a run folder
+    #[arg(long, value_name = "PROGRAM")]
+    suggest: Option<PathBuf>,
+    /// Show the page in the browser
+    #[arg(long)]
+    open: bool,
+    /// Keep the address in this file, which you alone can read, and have the same again next time: a page that is open
+    /// finds a command that was started again
+    #[arg(long, value_name = "FILE", conflicts_with = "port")]
+    address: Option<PathBuf>,
+    /// Print the address and what there is to do as one line of JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Ready<'s> {
+    address: String,
+    folder: &'s Path,
+    images: usize,
+    width: u32,
+    height: u32,
+    columns: &'s [u32],
+    progress: Progress,
+    left_out: &'s [LeftOut],
+}
+
+/// Shows the page until Ctrl-C.
+pub(crate) fn run(args: Args) -> Result<(), CliError> {
+    let columns = match &args.columns {
+        None => Columns::AsBefore(COLUMNS),
+        Some(run_columns::Columns::Spread(n)) => Columns::Spread(*n),
+        Some(run_columns::Columns::These(columns)) => Columns::These(columns.clone()),
+    };
+    let mut session = Session::open(&args.dir, &columns).map_err(|error| match error {
+        SessionError::Columns(text) => CliError::Usage(format!("--columns: {text}")),
+        other => other.into(),
+    })?;
+    if let Some(path) = &args.suggest {
+        session.suggest(Box::new(detector(path, session.size())?));
+    }
+    let stop = interrupt::stop_flag()?;
+    let server = match &args.address {
+        Some(file) => Server::bind_again(file, args.port)?,
+        None => Server::bind(args.port).map_err(|error| port_error(args.port, &error))?,
+    };
+    let (session, address) = (Arc::new(session), server.address());
+    let running = label::serve(session.clone(), server)?;
+    announce(&args, &session, &address)?;
+    if args.open {
+        open(&address);
+    }
+    while !stop.load(Ordering::Relaxed) && !running.has_ended() {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    running.stop()?;
+    Err(CliError::Interrupted(saved(&session)))
+}
+
+/// The program of a file, or the best one of a run, for images of this size.
+fn detector(path: &Path, size: (u32, u32)) -> Result<CompiledDetector, CliError> {
+    let path = &if path.is_dir() { path.join("best.gp") } else { path.to_path_buf() };
+    let compiled = with_stack(|| {
+        let loaded = Loaded::load(path)?;
+        if let Some((width, height)) = loaded.size().filter(|own| *own != size) {
+            return Err(CliError::Failed(format!(
+                "{}: is for images of {width}x{height} pixels, but those of the folder have {}x{}; give the .gp file \
+                 that it was made of",
+                path.display(),
+                size.0,
+                size.1
+            )));
+        }
+        Ok(CompiledDetector::compile(&opt::optimise(&loaded.lowered(size)))?)
+    });
+    compiled?
+}
+
+fn port_error(port: u16, error: &std::io::Error) -> CliError {
+    CliError::Failed(format!(
+        "--port: {port} of 127.0.0.1 cannot be had: {error}; choose another, or 0 for any"
+    ))
+}
+
+fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliError> {
+    let (width, height) = session.size();
+    let (images, progress) = (session.images().count(), session.progress());
+    if args.json {
+        let ready = Ready {
+            address: address.to_string(),
+            folder: &args.dir,
+            images,
+            width,
+            height,
+            columns: session.columns(),
+            progress,
+            left_out: session.left_out(),
+        };
+        return output::print(&format!("{}\n", serde_json::to_string(&ready)?));
+    }
+    for LeftOut { name, why } in session.left_out() {
+        let shown: String =
+            format!("{name}: {why}").chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+        eprintln!("note: left out: {shown}");
+    }
+    output::print(&format!(
+        "{}: {} of {width} x {height} pixels, {}; {} of {} made\nOpen {address}\n\
+         Every mark is saved at once in {}. Ctrl-C ends.\n",
+        printable(&args.dir),
+        count(images as u64, "image"),
+        count(session.columns().len() as u64, "column"),
+        progress.labels + progress.skipped,
+        count(progress.asked as u64, "mark"),
+        printable(&output::from_here(&session.table())),
+    ))
+}
+
+/// Shows the address in a browser; without one the printed address has to do.
+fn open(address: &str) {
+    let opener = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
+    let mut command = Command::new(opener);
+    command.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    if let Err(error) = command.spawn() {
+        eprintln!("note: --open: cannot start {opener}: {error}; open the address yourself");
+    }
+}
+
+/// What there is when the command ends.
+fn saved(session: &Session) -> String {
+    let Progress { asked, labels, skipped } = session.progress();
+    let table = output::from_here(&session.table());
+    let mut text = format!(
+        "{} of {} made: {} in {}",
+        labels + skipped,
+        count(asked as u64, "mark"),
+        count(labels as u64, "label"),
+        printable(&table)
+    );
+    if skipped > 0 {
+        text += &format!(", {} skipped", count(skipped as u64, "column"));
+    }
+    if labels + skipped < asked {
+        text += &format!("\nGo on with: vsonar label {}", shell_word(&output::from_here(session.dir())));
+    } else {
+        text += &format!("\nNext: vsonar evolve --data {}", shell_word(&output::from_here(session.dir())));
+    }
+    text
+}

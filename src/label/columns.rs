@@ -1,0 +1,58 @@
+//! The columns that are to be marked.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::mark::Marks;
+
+/// Which columns are to be marked in every image.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Columns {
+    /// So many, in the middle of equal parts of the image.
+    Spread(u32),
+    /// These.
+    These(Vec<u32>),
+    /// Those in which at least half of the images that have labels have one; if there is none, so many spread ones.
+    AsBefore(u32),
+}
+
+impl Columns {
+    /// The columns of images of this width, ascending, each once.
+    pub(super) fn of(&self, width: u32, marks: &Marks) -> Result<Vec<u32>, String> {
+        let spread = |n: u32| {
+            let (n, width) = (u64::from(n), u64::from(width));
+            (0..n).map(|i| ((2 * i + 1) * width / (2 * n)) as u32).collect::<Vec<_>>()
+        };
+        let mut columns = match self {
+            Columns::Spread(n) | Columns::AsBefore(n) if *n > width || *n == 0 => {
+                let text = format!("{n} columns: the images have {width}");
+                return Err(text);
+            }
+            Columns::Spread(n) => spread(*n),
+            Columns::These(columns) => columns.clone(),
+            Columns::AsBefore(n) => {
+                let before = used(marks);
+                if before.is_empty() { spread(*n) } else { before }
+            }
+        };
+        columns.sort_unstable();
+        columns.dedup();
+        match columns.iter().find(|&&column| column >= width) {
+            Some(column) => {
+                let text =
+                    format!("column {column} is outside the images, whose columns are 0 to {}", width - 1);
+                Err(text)
+            }
+            None => Ok(columns),
+        }
+    }
+}
+
+/// Columns in which at least half of the images with a mark have one.
+fn used(marks: &Marks) -> Vec<u32> {
+    let images: BTreeSet<&str> = marks.keys().map(|(image, _)| image.as_str()).collect();
+    let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
+    for (_, x) in marks.keys() {
+        *counts.entry(*x).or_default() += 1;
+    }
+    counts.into_iter().filter(|(_, count)| 2 * count >= images.len()).map(|(x, _)| x).collect()
+}

@@ -1,0 +1,112 @@
+//! The images of a folder that can be labelled, and those that cannot.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use image::ImageFormat;
+use rayon::prelude::*;
+
+use crate::dataset::scan::IMAGES;
+use crate::dataset::table::is_confined;
+use crate::frames::folder::natural;
+use crate::vision::load_gray;
+
+/// An image file that cannot be labelled.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct LeftOut {
+    /// Its name.
+    pub name: String,
+    /// Why.
+    pub why: String,
+}
+
+/// An image that can be labelled.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Picture {
+    /// The name that it has in the table.
+    pub(super) name: String,
+    /// Where it is, without links.
+    pub(super) path: PathBuf,
+}
+
+/// What a folder holds.
+#[derive(Debug)]
+pub(super) struct Images {
+    /// In natural order, all of one size.
+    pub(super) pictures: Vec<Picture>,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) left_out: Vec<LeftOut>,
+}
+
+impl Images {
+    /// The images right in the folder and in its subfolder `images`, and those that the table names. `dir` is without
+    /// links; a file that is outside of it is left out, as is one of another size than most.
+    pub(super) fn find(dir: &Path, named: &BTreeSet<String>) -> Images {
+        let mut names: Vec<String> = listed(dir).union(named).cloned().collect();
+        names.sort_by(|a, b| natural(a, b));
+        let found: Vec<Result<(Picture, (u32, u32)), LeftOut>> =
+            names.into_par_iter().map(|name| examine(dir, name)).collect();
+        let mut left_out = Vec::new();
+        let mut sound = Vec::new();
+        for found in found {
+            match found {
+                Ok(found) => sound.push(found),
+                Err(fault) => left_out.push(fault),
+            }
+        }
+        let mut sizes: BTreeMap<(u32, u32), usize> = BTreeMap::new();
+        for (_, size) in &sound {
+            *sizes.entry(*size).or_default() += 1;
+        }
+        let most = sizes.values().max().copied().unwrap_or_default();
+        // Of equally frequent sizes that met first, as in a data set.
+        let common = sound.iter().map(|(_, size)| *size).find(|size| sizes[size] == most);
+        let (width, height) = common.unwrap_or_default();
+        let mut pictures = Vec::with_capacity(sound.len());
+        for (picture, size) in sound {
+            if size == (width, height) {
+                pictures.push(picture);
+            } else {
+                let why = format!("{}x{} pixels, most are {width}x{height}", size.0, size.1);
+                left_out.push(LeftOut { name: picture.name, why });
+            }
+        }
+        Images { pictures, width, height, left_out }
+    }
+}
+
+/// Names of the files that look like images.
+fn listed(dir: &Path) -> BTreeSet<String> {
+    let files = |dir: PathBuf| dir.read_dir().into_iter().flatten().flatten();
+    files(dir.join(IMAGES))
+        .chain(files(dir.into()))
+        .map(|entry| entry.path())
+        .filter(|path| ImageFormat::from_path(path).is_ok() && !path.is_dir())
+        .filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned()))
+        .filter(|name| !name.starts_with('.'))
+        .collect()
+}
+
+/// Where the image of this name is, without links, if it is in the folder.
+pub(super) fn confined(dir: &Path, name: &str) -> Result<PathBuf, String> {
+    if !is_confined(name) {
+        return Err("the name cannot stand in a table; rename the file".to_string());
+    }
+    let places = [dir.join(IMAGES).join(name), dir.join(name)];
+    let path = places.iter().find(|path| path.symlink_metadata().is_ok());
+    let path = path.ok_or("the file is missing")?;
+    let path = path.canonicalize().map_err(|e| format!("cannot be found: {e}"))?;
+    if path.starts_with(dir) { Ok(path) } else { Err("a link that leads out of the folder".to_string()) }
+}
+
+fn examine(dir: &Path, name: String) -> Result<(Picture, (u32, u32)), LeftOut> {
+    let found = confined(dir, &name).and_then(|path| match load_gray(&path) {
+        Ok(image) => Ok((path, image.dimensions())),
+        Err(error) => Err(error.to_string()),
+    });
+    match found {
+        Ok((path, size)) => Ok((Picture { name, path }, size)),
+        Err(why) => Err(LeftOut { name, why }),
+    }
+}

@@ -1,0 +1,258 @@
+//! Marks on the disk: `labels.csv` for labels, `labels.skip.csv` for columns that are not to be labelled.
+//!
+//! A change reads both files, changes what it is about and puts them in their place as a whole, all under the lock of
+//! `.labels.lock`, which every process that labels the folder takes. A program that knows nothing of the lock does no
+//! harm unless it writes in the same few milliseconds, for the files are read again each time.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::mark::{Mark, Marks};
+use super::table::Table;
+use crate::dataset::scan::TABLE;
+use crate::dataset::{DatasetError, Fault};
+use crate::evolve::durable::replace_now;
+
+/// Name of the file for columns that are not to be labelled.
+pub(super) const SKIPS: &str = "labels.skip.csv";
+/// Name of the file that is locked while the others are written. It stays behind, empty.
+const LOCK: &str = ".labels.lock";
+
+/// Why marks could not be read or saved.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// A file could not be read or written.
+    #[error("{}: cannot {action}: {source}{}", .path.display(), remedy(source))]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What was to be done with it.
+        action: &'static str,
+        /// The system's words.
+        source: io::Error,
+    },
+    /// `labels.csv` is faulty, and is left alone.
+    #[error(transparent)]
+    Table(DatasetError),
+    /// The file of skipped columns is faulty.
+    #[error("{} line {line}: {problem}; mend the line, or remove the file to forget what was skipped", .path.display())]
+    Skips {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A file that is a link to another folder.
+    #[error("{}: is a link that leads out of the folder; label the folder that holds the file", .0.display())]
+    Link(PathBuf),
+}
+
+fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            "; make the folder writable, or label a copy of it"
+        }
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
+            "; make room on the disk"
+        }
+        _ => "",
+    }
+}
+
+/// What tells that a file is not the one that was read.
+type Stamp = Option<(SystemTime, u64, u64)>;
+
+/// The files of a folder.
+#[derive(Debug)]
+pub(super) struct Store {
+    /// The folder, without links.
+    dir: PathBuf,
+    table: PathBuf,
+    skips: PathBuf,
+    read: [Stamp; 2],
+}
+
+/// What the files say.
+pub(super) struct Contents {
+    pub(super) table: Table,
+    skipped: BTreeSet<(String, u32)>,
+}
+
+impl Contents {
+    /// All marks; a label counts more than that the column was skipped.
+    pub(super) fn marks(&self) -> Marks {
+        let mut marks: Marks = self.skipped.iter().map(|key| (key.clone(), Mark::Skip)).collect();
+        marks.extend(self.table.labels());
+        marks
+    }
+}
+
+impl Store {
+    /// The files of this folder, which is given without links.
+    pub(super) fn new(dir: &Path) -> Result<Store, StoreError> {
+        let place = |name: &str| {
+            let path = dir.join(name);
+            match path.canonicalize() {
+                Ok(real) if real.starts_with(dir) => Ok(real),
+                Ok(_) => Err(StoreError::Link(path)),
+                Err(_) if path.symlink_metadata().is_ok() => Err(StoreError::Link(path)),
+                Err(_) => Ok(path),
+            }
+        };
+        Ok(Store { dir: dir.into(), table: place(TABLE)?, skips: place(SKIPS)?, read: [None, None] })
+    }
+
+    /// The table, as a person is told of it.
+    pub(super) fn table(&self) -> &Path {
+        &self.table
+    }
+
+    /// An error that names faults of the table.
+    pub(super) fn faulty(&self, faults: Vec<Fault>) -> StoreError {
+        StoreError::Table(DatasetError::Folder { dir: self.dir.clone(), faults })
+    }
+
+    /// Whether another program has written since the files were read.
+    pub(super) fn is_stale(&self) -> bool {
+        self.read != self.stamps()
+    }
+
+    fn stamps(&self) -> [Stamp; 2] {
+        [&self.table, &self.skips].map(|path| {
+            let metadata = fs::metadata(path).ok()?;
+            Some((metadata.modified().ok()?, metadata.len(), number(&metadata)))
+        })
+    }
+
+    /// Reads the files.
+    pub(super) fn load(&mut self) -> Result<Contents, StoreError> {
+        // Taken before reading: a file that changes meanwhile is read again.
+        let stamps = self.stamps();
+        let table = Table::read(read(&self.table)?).map_err(|faults| self.faulty(faults))?;
+        let skipped = read_skips(&self.skips)?;
+        self.read = stamps;
+        Ok(Contents { table, skipped })
+    }
+
+    /// Lets `decide` choose marks to be set or taken away, from what the files say, and writes them; gives the marks
+    /// that there are then. No other process that uses this writes meanwhile.
+    pub(super) fn change<K: Ord>(
+        &mut self,
+        order: impl Fn(&str) -> K,
+        decide: impl FnOnce(&Marks) -> BTreeMap<(String, u32), Option<Mark>>,
+    ) -> Result<Marks, StoreError> {
+        let _lock = self.lock()?;
+        let contents = self.load()?;
+        let mut marks = contents.marks();
+        let changes = decide(&marks);
+        let labels = changes
+            .iter()
+            .map(|(key, mark)| (key.clone(), if let Some(Mark::Row(y)) = mark { Some(*y) } else { None }))
+            .collect();
+        let mut skipped = contents.skipped.clone();
+        for (key, mark) in &changes {
+            match mark {
+                Some(Mark::Skip) => skipped.insert(key.clone()),
+                _ => skipped.remove(key),
+            };
+        }
+        let bytes = contents.table.with(&labels, order);
+        // A label counts more than a skip, so what is there between two of these steps are marks of before or after.
+        let both: BTreeSet<_> = contents.skipped.union(&skipped).cloned().collect();
+        if both != contents.skipped {
+            write(&self.skips, &skips_text(&both))?;
+        }
+        if let Some(bytes) = bytes {
+            write(&self.table, &bytes)?;
+        }
+        if skipped != both {
+            write(&self.skips, &skips_text(&skipped))?;
+        }
+        for (key, mark) in changes {
+            match mark {
+                Some(mark) => marks.insert(key, mark),
+                None => marks.remove(&key),
+            };
+        }
+        self.read = self.stamps();
+        Ok(marks)
+    }
+
+    fn lock(&self) -> Result<File, StoreError> {
+        let path = self.dir.join(LOCK);
+        let locked = || {
+            let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path)?;
+            file.lock()?;
+            Ok(file)
+        };
+        locked().map_err(|source| StoreError::File { path: path.clone(), action: "lock the labels", source })
+    }
+}
+
+/// What tells one file of a name from the next.
+#[cfg(unix)]
+fn number(metadata: &fs::Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::ino(metadata)
+}
+
+#[cfg(not(unix))]
+fn number(_: &fs::Metadata) -> u64 {
+    0
+}
+
+/// A file's content; none for a file that is not there.
+fn read(path: &Path) -> Result<Vec<u8>, StoreError> {
+    match fs::read(path) {
+        Ok(bytes) => Ok(bytes),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+        Err(source) => Err(StoreError::File { path: path.into(), action: "read the file", source }),
+    }
+}
+
+/// Puts a file in its place as a whole, with the permissions it had.
+fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    let before = fs::metadata(path).ok().map(|metadata| metadata.permissions());
+    replace_now(path, bytes)
+        .and_then(|()| before.map_or(Ok(()), |permissions| fs::set_permissions(path, permissions)))
+        .map_err(|source| StoreError::File { path: path.into(), action: "write the file", source })
+}
+
+fn read_skips(path: &Path) -> Result<BTreeSet<(String, u32)>, StoreError> {
+    let bytes = read(path)?;
+    let fault = |line, problem: &str| StoreError::Skips { path: path.into(), line, problem: problem.into() };
+    let mut reader =
+        csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).from_reader(bytes.as_slice());
+    let mut found = BTreeSet::new();
+    for (i, record) in reader.records().enumerate() {
+        let record =
+            record.map_err(|e| fault(e.position().map_or(0, csv::Position::line), &e.to_string()))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        if i == 0 {
+            if record != ["image", "x"][..] {
+                return Err(fault(line, "the header is not `image,x`"));
+            }
+            continue;
+        }
+        let x = record
+            .get(1)
+            .and_then(|x| x.parse().ok())
+            .ok_or_else(|| fault(line, "x is not a whole number"))?;
+        found.insert((record[0].to_string(), x));
+    }
+    Ok(found)
+}
+
+fn skips_text(skips: &BTreeSet<(String, u32)>) -> Vec<u8> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    // Nothing fails that is written to memory.
+    let _ = table.write_record(["image", "x"]);
+    for (image, x) in skips {
+        let _ = table.write_record([image, &x.to_string()]);
+    }
+    table.into_inner().unwrap_or_default()
+}

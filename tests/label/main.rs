@@ -1,0 +1,7 @@
+//! `vsonar label` as a person has it: the command, its web server, and the page in a real browser.
+
+mod browser;
+mod common;
+mod http;
+mod page;
+mod processes;

@@ -1,0 +1,176 @@
+//! Several commands on one folder, commands that are stopped and killed, and what is refused at the beginning.
+
+use std::process::{Command, Output};
+
+use serde_json::{Value, json};
+
+use crate::common::*;
+
+#[test]
+fn two_commands_keep_each_others_marks() {
+    let dir = images(4);
+    let both = [(); 2].map(|()| Label::start(dir.path(), &["--columns", "10,40,70,100"]));
+    std::thread::scope(|scope| {
+        for (which, label) in both.iter().enumerate() {
+            scope.spawn(move || {
+                for image in 1..=4 {
+                    for x in [10, 40, 70, 100].into_iter().skip(which).step_by(2) {
+                        for row in 1..=5 {
+                            let from = if row == 1 { Value::Null } else { json!(row - 1) };
+                            let name = format!("frame_{image}.png");
+                            let answer = label.mark(&name, x, from, json!(row));
+                            assert_eq!(answer["refused"], json!([]));
+                        }
+                    }
+                }
+            });
+        }
+    });
+    let found = labels(dir.path());
+    assert_eq!(found.len(), 16);
+    assert!(found.values().all(|row| *row == 5), "{found:?}");
+    // Each sees the other's, and neither changes unseen what the other did.
+    let [first, second] = &both;
+    first.mark("frame_1.png", 10, json!(5), json!(9));
+    let refused = second.mark("frame_1.png", 10, json!(5), json!(7));
+    assert_eq!(refused["refused"], json!([{ "image": "frame_1.png", "x": 10, "mark": 9 }]));
+    let news = second.json("GET", "changes?since=1", "");
+    let marks = news["marks"].as_array().expect("a list");
+    assert_eq!(marks.len(), 16);
+    assert!(marks.contains(&json!({ "image": "frame_1.png", "x": 10, "mark": 9 })), "{news}");
+}
+
+#[test]
+fn marks_of_other_programs_are_seen_and_kept() {
+    let dir = images(2);
+    let table = below(&dir, "labels.csv");
+    std::fs::write(&table, "image,x,y,group,note\nframe_2.png,99,3,hall,by hand\nelsewhere.png,1,2,,\n")
+        .expect("writable");
+    let label = Label::start(dir.path(), &["--columns", "20,60"]);
+    assert_eq!(label.ready["progress"], json!({ "asked": 4, "labels": 0, "skipped": 0 }));
+    label.mark("frame_1.png", 20, Value::Null, json!(50));
+    label.mark("frame_2.png", 60, Value::Null, json!("skip"));
+    label.mark("frame_2.png", 20, Value::Null, json!(0));
+    let expected = "image,x,y,group,note\nframe_1.png,20,50,,\nframe_2.png,20,0,hall,\n\
+                    frame_2.png,99,3,hall,by hand\nelsewhere.png,1,2,,\n";
+    assert_eq!(std::fs::read_to_string(&table).expect("there"), expected);
+    assert_eq!(
+        std::fs::read_to_string(below(&dir, "labels.skip.csv")).expect("there"),
+        "image,x\nframe_2.png,60\n"
+    );
+    // Another program changes a label, and a mark that has seen the old one is refused.
+    std::fs::write(&table, expected.replace("frame_1.png,20,50", "frame_1.png,20,51")).expect("writable");
+    let refused = label.mark("frame_1.png", 20, json!(50), json!(52));
+    assert_eq!(refused["refused"][0]["mark"], 51);
+    label.mark("frame_1.png", 20, json!(51), json!(52));
+    label.mark("frame_2.png", 60, json!("skip"), Value::Null);
+    assert_eq!(
+        std::fs::read_to_string(&table).expect("there"),
+        expected.replace("frame_1.png,20,50", "frame_1.png,20,52")
+    );
+    assert_eq!(std::fs::read_to_string(below(&dir, "labels.skip.csv")).expect("there"), "image,x\n");
+    // One that is spoilt meanwhile is left alone, and the page is told.
+    std::fs::write(&table, "image,x,y\nframe_1.png,twenty,5\n").expect("writable");
+    let body = json!({ "marks": [{ "image": "frame_1.png", "x": 20, "from": 52, "to": 53 }] }).to_string();
+    let (status, body) = label.ask("POST", "marks", &body);
+    let text = String::from_utf8(body).expect("UTF-8");
+    assert!(status == 500 && text.contains("labels.csv line 2: x is `twenty`"), "{status} {text}");
+    assert_eq!(std::fs::read_to_string(&table).expect("there"), "image,x,y\nframe_1.png,twenty,5\n");
+}
+
+#[test]
+fn a_mark_that_cannot_be_written_is_an_error_and_changes_nothing() {
+    let dir = images(1);
+    let label = Label::start(dir.path(), &["--columns", "20,60"]);
+    label.mark("frame_1.png", 20, Value::Null, json!(50));
+    // A folder in the way of the file that is to be renamed.
+    std::fs::create_dir(below(&dir, ".labels.csv.tmp")).expect("writable");
+    let body = json!({ "marks": [{ "image": "frame_1.png", "x": 60, "from": null, "to": 5 }] }).to_string();
+    let (status, answer) = label.ask("POST", "marks", &body);
+    let text = String::from_utf8(answer).expect("UTF-8");
+    assert!(status == 500 && text.contains("cannot write the file"), "{status} {text}");
+    let marks = |label: &Label| label.json("GET", "session", "")["marks"].as_array().map(Vec::len);
+    assert_eq!((labels(dir.path()).len(), marks(&label)), (1, Some(1)));
+    std::fs::remove_dir(below(&dir, ".labels.csv.tmp")).expect("there");
+    assert_eq!(label.ask("POST", "marks", &body).0, 200);
+    assert_eq!((labels(dir.path()).len(), marks(&label)), (2, Some(2)));
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_says_what_is_saved() {
+    let dir = images(1);
+    let mut label = Label::start(dir.path(), &["--columns", "20,60,100"]);
+    label.mark("frame_1.png", 20, Value::Null, json!(50));
+    label.mark("frame_1.png", 60, Value::Null, json!("skip"));
+    // SAFETY: sends a signal to a child that has not been waited for, so its number is its own.
+    let sent = unsafe { libc::kill(label.process.id() as libc::pid_t, libc::SIGINT) };
+    assert_eq!(sent, 0);
+    assert_eq!(label.process.wait().expect("it ends").code(), Some(130));
+    let mut said = String::new();
+    std::io::Read::read_to_string(&mut label.process.stderr.take().expect("piped"), &mut said)
+        .expect("UTF-8");
+    assert!(said.contains("2 of 3 marks made: 1 label in ") && said.contains("1 column skipped"), "{said}");
+    assert!(said.contains("Go on with: vsonar label "), "{said}");
+    vsonar::dataset::Dataset::load(dir.path()).expect("a sound data set");
+}
+
+#[test]
+fn marks_outlive_a_command_that_is_killed() {
+    let dir = images(2);
+    let first = Label::start(dir.path(), &["--columns", "20,60"]);
+    first.mark("frame_1.png", 20, Value::Null, json!(50));
+    first.mark("frame_1.png", 60, Value::Null, json!("skip"));
+    drop(first);
+    // The columns are those of before.
+    let again = Label::start(dir.path(), &[]);
+    assert_eq!(again.ready["columns"], json!([20, 60]));
+    assert_eq!(again.ready["progress"], json!({ "asked": 4, "labels": 1, "skipped": 1 }));
+}
+
+fn complaint(dir: &std::path::Path, more: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vsonar"));
+    let Output { status, stderr, .. } = command.arg("label").arg(dir).args(more).output().expect("started");
+    let text = String::from_utf8(stderr).expect("UTF-8");
+    assert!(text.starts_with("error: "), "{text}");
+    (status.code(), text)
+}
+
+#[test]
+fn what_cannot_be_labelled_is_refused_with_a_remedy() {
+    let dir = images(1);
+    let told = |dir: &std::path::Path, more: &[&str], code, words: &[&str]| {
+        let (status, text) = complaint(dir, more);
+        assert_eq!(status, Some(code), "{text}");
+        for word in words {
+            assert!(text.contains(word), "{word:?} is not in {text}");
+        }
+    };
+    told(&below(&dir, "no"), &[], 1, &["there is no folder"]);
+    told(&below(&dir, "frame_1.png"), &[], 1, &["there is no folder"]);
+    told(dir.path(), &["--columns", "20,160"], 2, &["column 160 is outside the images", "0 to 159"]);
+    told(dir.path(), &["--columns", "200"], 2, &["--columns"]);
+    told(dir.path(), &["--columns", "x"], 2, &["write how many"]);
+    told(dir.path(), &["--port", "70000"], 2, &["70000"]);
+    told(dir.path(), &["--suggest", "no.gp"], 1, &["no.gp"]);
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let port = taken.local_addr().expect("bound").port().to_string();
+    told(dir.path(), &["--port", &port], 1, &["--port", "cannot be had", "choose another"]);
+    let empty = tempfile::tempdir().expect("a temporary folder");
+    told(empty.path(), &[], 1, &["there is no image that can be labelled"]);
+    std::fs::write(below(&empty, "a.png"), "no image").expect("writable");
+    told(empty.path(), &[], 1, &["there is no image that can be labelled", "a.png"]);
+    for (table, words) in [
+        ("image,y\n", vec!["labels.csv line 1", "without `x`", "vsonar data check"]),
+        ("image,x,y\nframe_1.png,20,5\nframe_1.png,20,6\n", vec!["labels.csv line 3", "already"]),
+        ("image,x,y\nframe_1.png,20,120\n", vec!["labels.csv line 2", "outside the image"]),
+        ("image,x,y\n../a.png,20,1\n", vec!["labels.csv line 2", "not a plain path"]),
+    ] {
+        std::fs::write(below(&dir, "labels.csv"), table).expect("writable");
+        told(dir.path(), &[], 1, &words);
+        assert_eq!(std::fs::read_to_string(below(&dir, "labels.csv")).expect("there"), table);
+    }
+    std::fs::remove_file(below(&dir, "labels.csv")).expect("there");
+    std::fs::write(below(&dir, "labels.skip.csv"), "image,x\nframe_1.png,x\n").expect("writable");
+    told(dir.path(), &[], 1, &["labels.skip.csv line 2", "mend the line"]);
+}
