@@ -357,3 +357,92 @@ impl Sweep {
         visit_block(&mut self.body, v);
     }
 }
+
+impl Sweep {
+    /// The numbers of the choices, in the order of the text.
+    pub fn choice_sites(&self) -> Vec<Site> {
+        self.sites_of(|stmt| matches!(stmt, Stmt::If(..)), true)
+    }
+
+    /// The numbers of the `stop`s, in the order of the text.
+    pub fn stop_sites(&self) -> Vec<Site> {
+        self.sites_of(|stmt| matches!(stmt, Stmt::Stop(_)), false)
+    }
+
+    fn sites_of(&self, wanted: impl Fn(&Stmt) -> bool + Copy, with_values: bool) -> Vec<Site> {
+        fn block(stmts: &[Stmt], wanted: impl Fn(&Stmt) -> bool + Copy, out: &mut Vec<Site>) {
+            for stmt in stmts {
+                if let Stmt::Assign(site, ..) | Stmt::Stop(site) | Stmt::If(site, ..) = stmt
+                    && wanted(stmt)
+                {
+                    out.push(*site);
+                }
+                if let Stmt::If(_, _, then, or_else) = stmt {
+                    block(then, wanted, out);
+                    block(or_else, wanted, out);
+                }
+            }
+        }
+        struct Values(Vec<Site>);
+        impl Visitor for Values {
+            fn expr(&mut self, expr: &mut Expr) {
+                if let Expr::If(site, ..) = expr {
+                    self.0.push(*site);
+                }
+            }
+        }
+        let mut out = Vec::new();
+        block(&self.body, wanted, &mut out);
+        if with_values {
+            let mut values = Values(Vec::new());
+            self.clone().visit(&mut values);
+            out.extend(values.0);
+        }
+        out.sort_unstable();
+        out
+    }
+
+    /// The window averages that are read, each once, in the order of their numbers.
+    pub fn operands(&self) -> Vec<Operand> {
+        struct Used([bool; Operand::COUNT]);
+        impl Visitor for Used {
+            fn expr(&mut self, expr: &mut Expr) {
+                if let Expr::Window(operand) = expr {
+                    self.0[usize::from(operand.index())] = true;
+                }
+            }
+        }
+        let mut used = Used([false; Operand::COUNT]);
+        self.clone().visit(&mut used);
+        Operand::all().filter(|o| used.0[usize::from(o.index())]).collect()
+    }
+
+    /// Which registers are stored, and which are read, by number.
+    pub fn registers(&self) -> [[bool; 5]; 2] {
+        fn stored(stmts: &[Stmt], out: &mut [bool; 5]) {
+            for stmt in stmts {
+                match stmt {
+                    Stmt::Assign(_, k, _) => out[usize::from(*k)] = true,
+                    Stmt::If(_, _, then, or_else) => {
+                        stored(then, out);
+                        stored(or_else, out);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        struct Read([bool; 5]);
+        impl Visitor for Read {
+            fn expr(&mut self, expr: &mut Expr) {
+                if let Expr::Register(k) = expr {
+                    self.0[usize::from(*k)] = true;
+                }
+            }
+        }
+        let mut written = [false; 5];
+        stored(&self.body, &mut written);
+        let mut read = Read([false; 5]);
+        self.clone().visit(&mut read);
+        [written, read.0]
+    }
+}

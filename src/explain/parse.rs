@@ -413,3 +413,58 @@ fn number(word: &str) -> Option<f32> {
         _ => word.ends_with(|c: char| c.is_ascii_digit()).then(|| word.parse().ok()).flatten(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A listing with this body.
+    fn with(body: &str) -> String {
+        let body: String = body.lines().map(|line| format!("    {line}\n")).collect();
+        format!(
+            "images of 64 x 48 pixels\n\nsecond tree: a 3 x 3 window moves up column x-obstacle\n{body}\nanswer: a\n"
+        )
+    }
+
+    #[test]
+    fn texts_come_back() {
+        for body in [
+            "a := y",
+            "a := x-obstacle − (y − 1) − 2 · (3 + a) / b · -0.5",
+            "a := (y + 1)² ÷ (if a < 3 and (b ≰ 2 or c = NaN) then x else if y ≠ 3 then inf else -inf)",
+            "let p = median-corner-sq³ + min(atan2(x, y), max(e, 1e-45))\na := p · p",
+            "if at the first position:\n    let P = not (a ≮ 1 and b ≥ 2)\n    if P or not P: a := 1\n    else: stop\n\
+             else if not at the first position:\n    b := 1\n    c := first-window",
+            "if (a + 1) · 2 ≤ 3: stop",
+            "if (a ≤ 3 or b ≤ 2) and c ≤ 1: stop",
+        ] {
+            let text = with(body);
+            let listing: Listing = text.parse().unwrap_or_else(|e| panic!("{e}\n{text}"));
+            assert_eq!(listing.to_string(), text);
+        }
+    }
+
+    #[test]
+    fn what_is_no_listing() {
+        for (body, what) in [
+            ("a := ", "line 4: expected a value, found the end of the line"),
+            ("a := p", "line 4: expected a value, found `p`"),
+            ("a := 1 2", "line 4: expected nothing more, found `2`"),
+            ("f := 1", "line 4: expected a statement, found `f`"),
+            ("if a: stop", "line 4: expected a comparison, found the end of the line"),
+            ("if P: stop", "line 4: expected a condition, found `P`"),
+            ("if a < 1 stop", "line 4: `if` wants a colon"),
+            ("a := 1\n    b := 1", "line 5: indented without need"),
+            (" a := 1", "line 4: lines are indented by four spaces a level"),
+            ("if a < 1:\n    let p = 1\n    a := p + p\nb := p", "line 7: expected a value, found `p`"),
+        ] {
+            let error = with(body).parse::<Listing>().expect_err(body);
+            assert_eq!(error.to_string(), what, "{body}");
+        }
+        for text in ["", "images of 1 pixels", "images of 64 x 48 pixels\n\nanswer: a"] {
+            assert!(text.parse::<Listing>().is_err(), "{text}");
+        }
+        let deep = with(&format!("a := {}1{}", "(".repeat(2000), ")".repeat(2000)));
+        assert!(deep.parse::<Listing>().expect_err("too deep").what.contains("less nesting"));
+    }
+}
