@@ -4,15 +4,18 @@ use std::collections::BTreeSet;
 
 use vsonar_ir::opt::interval::Interval;
 use vsonar_ir::opt::ranges::{self, Leaves};
-use vsonar_ir::{Block, Leaf, Loop, Op, Operator, Moment, Operand, Program, Reg, Span, Ty};
+use vsonar_ir::{Block, Leaf, Loop, Moment, Op, Operand, Operator, Program, Reg, Span, Ty};
 
 use super::listing::{Cond, Course, Expr, Function, Listing, Name, Relation, Sign, Stmt, Sweep};
 use super::structure::{Step, steps, strip};
 
-/// An expression of more operations than this is given a name.
-const LONG: usize = 12;
+/// Of an expression longer than this the longest parts are given names. Its length is the number of its operations, a choice
+/// counting for three.
+const LONG: usize = 16;
+/// A choice longer than this inside of another expression is given a name.
+const LONG_CHOICE: usize = 6;
 /// A window average read so often is given a short name.
-const OFTEN: usize = 4;
+const OFTEN: usize = 5;
 
 /// A program that has no listing: it holds an operation on bit patterns, which no tree lowers to.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -92,7 +95,7 @@ impl Names {
         self.list.len() as Name - 1
     }
 
-    /// `p` to `w`, then `p2` and so on; letters that neither a register nor an operator's short name has.
+    /// `p`, `q`, `r` and so on, then `p2`; letters that neither a register nor an operator's short name has.
     fn value(&mut self) -> Name {
         self.values += 1;
         let name = letter(b'p', self.values - 1);
@@ -113,8 +116,8 @@ impl Names {
             Operator::Gradient => "g",
             Operator::MoravecHorizontal => "h",
             Operator::MoravecVertical => "v",
-            Operator::MoravecSlash => "i",
-            Operator::MoravecBackslash => "j",
+            Operator::MoravecSlash => "s",
+            Operator::MoravecBackslash => "t",
         };
         self.add(match operand.moment {
             Moment::Mean => letter.to_string(),
@@ -123,10 +126,10 @@ impl Names {
     }
 }
 
-/// Letters without `v`, which is an operator's short name.
+/// One of the letters from `p` (or `P`) on that are no operator's short name, with a number when they have been used up.
 fn letter(first: u8, number: usize) -> String {
-    const LETTERS: [u8; 7] = [0, 1, 2, 3, 4, 5, 7];
-    let letter = char::from(first + LETTERS[number % LETTERS.len()]);
+    const LETTERS: &[u8] = b"pqruwz";
+    let letter = char::from(first + (LETTERS[number % LETTERS.len()] - LETTERS[0]));
     match number / LETTERS.len() {
         0 => letter.to_string(),
         round => format!("{letter}{}", round + 1),
@@ -231,12 +234,30 @@ impl<'a> Writer<'a> {
         let mut size = vec![0usize; self.views.len()];
         let mut long = vec![false; self.views.len()];
         for (i, view) in self.views.iter().enumerate() {
-            let of = |reg: &Reg| if long[reg.index()] { 0 } else { size[reg.index()] };
-            size[i] = match view {
+            let mut parts = view.operands();
+            parts.retain(|reg| !long[reg.index()]);
+            parts.sort_by_key(|reg| size[reg.index()]);
+            parts.dedup();
+            let own = match view {
                 View::Leaf(_) => 0,
-                _ => 1 + view.operands().iter().map(of).sum::<usize>(),
+                View::Select(_) => 3,
+                _ => 1,
             };
-            long[i] = size[i] > LONG;
+            // `else if` can be read on and on.
+            let chain = if let View::Select([_, _, or_else]) = *view { Some(or_else) } else { None };
+            for reg in &parts {
+                let choice = matches!(self.views[reg.index()], View::Select(_)) && Some(*reg) != chain;
+                long[reg.index()] |= choice && size[reg.index()] > LONG_CHOICE;
+            }
+            parts.retain(|reg| !long[reg.index()]);
+            let mut all = own + parts.iter().map(|reg| size[reg.index()]).sum::<usize>();
+            while all > LONG
+                && let Some(longest) = parts.pop().filter(|reg| size[reg.index()] > 1)
+            {
+                all -= size[longest.index()];
+                long[longest.index()] = true;
+            }
+            size[i] = all;
         }
         let mut uses = vec![0usize; self.views.len()];
         roots.iter().for_each(|reg| uses[reg.index()] += 1);
@@ -249,7 +270,7 @@ impl<'a> Writer<'a> {
                 View::Leaf(_) | View::Not(_) => false,
                 View::Power(..) | View::Twice(_) if simple => false,
                 View::Compare(..) if simple => uses[i] > 3,
-                _ if simple => uses[i] > 2,
+                View::Binary(..) if simple => uses[i] > 2,
                 _ => uses[i] > 1 || (long[i] && uses[i] > 0),
             };
             let times = if self.named[i] { uses[i].min(1) } else { uses[i] };
@@ -351,8 +372,16 @@ impl<'a> Writer<'a> {
         let (mask, holds) = strip(self.block, mask, !swap);
         let (then, or_else) = if swap { (or_else, then) } else { (then, or_else) };
         let cond = self.cond(mask, holds);
-        let (then, or_else) = (self.statements(then), self.statements(or_else));
-        Stmt::If(0, cond, then, or_else)
+        let (mut then, or_else) = (self.statements(then), self.statements(or_else));
+        match &mut then[..] {
+            // Two conditions of one thing.
+            [Stmt::If(_, inner, deeper, others)] if others.is_empty() && or_else.is_empty() => {
+                let inner = std::mem::replace(inner, Cond::First(true));
+                let both = and(Box::new(cond), Box::new(inner));
+                Stmt::If(0, both, std::mem::take(deeper), Vec::new())
+            }
+            _ => Stmt::If(0, cond, then, or_else),
+        }
     }
 
     fn expr(&mut self, reg: Reg) -> Expr {

@@ -97,7 +97,8 @@ fn random_image(seed: u64, width: u32, height: u32) -> GrayImage {
     });
     for _ in 0..12 {
         let (left, top) = (random.below(width as usize) as u32, random.below(height as usize) as u32);
-        let (w, h) = (1 + random.below(width as usize / 3) as u32, 1 + random.below(height as usize / 3) as u32);
+        let (w, h) =
+            (1 + random.below(width as usize / 3) as u32, 1 + random.below(height as usize / 3) as u32);
         let value = Luma([random.below(256) as u8]);
         for y in top..(top + h).min(height) {
             for x in left..(left + w).min(width) {
@@ -131,7 +132,9 @@ mod tests {
         let right = Check::new(&text, &program).expect("reads");
         assert_eq!(right.on_images(&images).expect("the same").answers, images.len() * COLUMNS as usize);
         assert_eq!(right.on_data(&set).expect("the same").answers, 2 * images.len());
-        for wrong in [text.replace("> 50", "> 90"), text.replace(":= y", ":= y + 1"), text.replace("stop", "b := 1")] {
+        for wrong in
+            [text.replace("> 50", "> 90"), text.replace(":= y", ":= y + 1"), text.replace("stop", "b := 1")]
+        {
             let check = Check::new(&wrong, &program).expect("reads");
             assert!(matches!(check.on_images(&images), Err(ExplainError::Mismatch { .. })), "{wrong}");
             assert!(matches!(check.on_data(&set), Err(ExplainError::Mismatch { .. })), "{wrong}");

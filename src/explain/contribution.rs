@@ -64,10 +64,8 @@ pub fn contributions(listing: &Listing, set: &Dataset, tolerance: f64) -> Vec<Co
         let (part, without) = (part.part.clone(), part.without.clone());
         Contribution { line: 0, part, without, correct, fitness, loss }
     };
-    let mut out: Vec<Contribution> = parts
-        .par_iter()
-        .map(|part| Contribution { line: part.line, ..of(part) })
-        .collect();
+    let mut out: Vec<Contribution> =
+        parts.par_iter().map(|part| Contribution { line: part.line, ..of(part) }).collect();
     out.sort_by(|a, b| b.loss.total_cmp(&a.loss).then(a.line.cmp(&b.line)));
     out
 }
@@ -99,7 +97,8 @@ fn means(listing: &Listing, cases: &CaseSet) -> BTreeMap<(usize, Operand), f32> 
             }
         }
     }
-    let sweeps: Vec<(&Sweep, Vec<Operand>)> = listing.sweeps().map(|sweep| (sweep, sweep.operands())).collect();
+    let sweeps: Vec<(&Sweep, Vec<Operand>)> =
+        listing.sweeps().map(|sweep| (sweep, sweep.operands())).collect();
     let mut sums = BTreeMap::new();
     for (i, lane) in cases.lanes().iter().enumerate() {
         let windows = cases.image(i);
@@ -192,27 +191,33 @@ fn parts(listing: &Listing, means: &BTreeMap<(usize, Operand), f32>) -> Vec<Part
         let (choices, stops) = (sweep.choice_sites(), sweep.stop_sites());
         for line in (0..lines.len()).filter(of_tree) {
             let text = lines[line].text.trim();
-            let cut = |text: &str| text.split(':').next().unwrap_or(text).to_string();
+            // The statement, without the condition that it stands behind.
+            let statement = if text.contains("if ") || text.starts_with("else:") {
+                text.split_once(": ").map_or(text, |(_, statement)| statement)
+            } else {
+                text
+            };
             for &site in &lines[line].sites {
-                if choices.contains(&site) {
-                    let head = if text.starts_with("if ") || text.starts_with("else if ") {
-                        cut(text)
-                    } else {
-                        text.to_string()
-                    };
-                    add(Edit::Choose(site, true), line + 1, head.clone(), "always so".to_string());
-                    add(Edit::Choose(site, false), line + 1, head, "never so".to_string());
+                if let Some(cond) = sweep.condition(site).filter(|_| choices.contains(&site)) {
+                    add(Edit::Choose(site, true), line + 1, cond.clone(), "always holds".to_string());
+                    add(Edit::Choose(site, false), line + 1, cond, "never holds".to_string());
                 } else if stops.contains(&site) {
-                    add(Edit::Drop(site), line + 1, text.to_string(), "does not stop".to_string());
+                    add(Edit::Drop(site), line + 1, statement.to_string(), "does not stop".to_string());
                 } else {
-                    add(Edit::Drop(site), line + 1, text.to_string(), "does not store".to_string());
+                    add(Edit::Drop(site), line + 1, statement.to_string(), "is not stored".to_string());
                 }
             }
         }
     }
     if listing.first.is_some() {
         let without = "its registers read as 0".to_string();
-        out.push(Part { sweep: 1, edit: Edit::NoFirst, line: 3, part: "the first tree".to_string(), without });
+        out.push(Part {
+            sweep: 1,
+            edit: Edit::NoFirst,
+            line: 3,
+            part: "the first tree".to_string(),
+            without,
+        });
     }
     out.truncate(PARTS);
     out
@@ -247,11 +252,11 @@ mod tests {
         };
         // Every sweep of the second tree visits rows 14 to 7 of image one, to 0 of image two.
         assert_eq!(of("raw in the second tree", "is "), (6, 1, 0.5)); // never above 100
-        assert_eq!(of("if raw > 100", "never"), (7, 1, 0.5)); // 0 and 0
-        assert_eq!(of("if raw > 100", "always"), (7, 0, 1.0)); // 14 and 14
-        assert_eq!(of("a := y · iter2-b", "does not store"), (8, 1, 0.5)); // 0 and 0
+        assert_eq!(of("raw > 100", "never"), (7, 1, 0.5)); // 0 and 0
+        assert_eq!(of("raw > 100", "always"), (7, 0, 1.0)); // 14 and 14
+        assert_eq!(of("a := y · iter2-b", "is not stored"), (8, 1, 0.5)); // 0 and 0
         assert_eq!(of("stop", "does not stop"), (9, 1, 0.5)); // 0, the top row, and 0
-        assert_eq!(of("b := 1", "does not store"), (4, 1, 0.5)); // 0 and 0
+        assert_eq!(of("b := 1", "is not stored"), (4, 1, 0.5)); // 0 and 0
         assert_eq!(of("the first tree", "its registers"), (3, 1, 0.5)); // the same
         assert!(found.is_sorted_by(|a, b| a.loss >= b.loss), "{found:?}");
         assert_eq!(found.len(), 7);

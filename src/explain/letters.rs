@@ -37,7 +37,7 @@ fn of(l: Option<&Loop>, runs: &[([f32; 5], [f32; 5])], has_answer: bool) -> [u8;
     }
     let taken = |letters: &[Option<u8>; 5], j: u8| letters.contains(&Some(j));
     for k in (0..5usize).filter(|&k| l.next()[k].is_some()) {
-        let alike = |j: u8| runs.iter().all(|(b, a)| b[usize::from(j)].to_bits() == a[k].to_bits());
+        let alike = |j: u8| runs.iter().all(|(b, a)| same(b[usize::from(j)], a[k]));
         let found = (0..5u8).find(|&j| !taken(&letters, j) && alike(j));
         letters[k] = letters[k].or(found);
     }
@@ -48,4 +48,8 @@ fn of(l: Option<&Loop>, runs: &[([f32; 5], [f32; 5])], has_answer: bool) -> [u8;
         }
     }
     letters.map(|letter| letter.unwrap_or(0))
+}
+
+fn same(a: f32, b: f32) -> bool {
+    a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
 }

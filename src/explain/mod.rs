@@ -18,7 +18,7 @@
 //!     "\
 //! images of 64 x 48 pixels
 //!
-//! second tree: a 3 x 3 window moves up column x-obstacle
+//! the tree: a 3 x 3 window moves up column x-obstacle
 //!     if gradient > 50:
 //!         a := y
 //!         stop
@@ -86,7 +86,9 @@ pub enum ExplainError {
     #[error(transparent)]
     Detect(#[from] DetectError),
     /// The listing's own text could not be read: a fault of this program.
-    #[error("the explanation cannot be read back: {0}; this is a fault of vsonar, please report it with the program")]
+    #[error(
+        "the explanation cannot be read back: {0}; this is a fault of vsonar, please report it with the program"
+    )]
     Unreadable(ListingError),
     /// The listing gives another answer than the compiled program: a fault of this program.
     #[error(

@@ -69,8 +69,9 @@ impl<'a> Lines<'a> {
             (name, sweep) = self.sweep()?;
         }
         let end = self.next("`answer: a`")?;
-        if name != "second" || end.text != "answer: a" {
-            return Err(fault(end.number, "expected the second tree and `answer: a`"));
+        let wanted = if first.is_some() { "second" } else { "the" };
+        if name != wanted || end.text != "answer: a" {
+            return Err(fault(end.number, &format!("expected {wanted} tree and `answer: a`")));
         }
         match self.rows.get(self.at) {
             Some(row) => Err(fault(row.number, "nothing follows the answer")),
@@ -422,7 +423,7 @@ mod tests {
     fn with(body: &str) -> String {
         let body: String = body.lines().map(|line| format!("    {line}\n")).collect();
         format!(
-            "images of 64 x 48 pixels\n\nsecond tree: a 3 x 3 window moves up column x-obstacle\n{body}\nanswer: a\n"
+            "images of 64 x 48 pixels\n\nthe tree: a 3 x 3 window moves up column x-obstacle\n{body}\nanswer: a\n"
         )
     }
 

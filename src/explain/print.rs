@@ -5,11 +5,11 @@ use std::fmt::{self, Display, Write as _};
 use vsonar_ir::Direction;
 use vsonar_ir::op::REGISTER_NAMES;
 
-use super::listing::{Cond, Course, Expr, Listing, Site, Stmt, Sweep};
+use super::listing::{Cond, Course, Expr, Listing, Site, Stmt, Sweep, Visitor};
 use crate::tree::Shortest;
 
 /// A branch of one statement stands on the line of its `if` where that line is no longer than this.
-const WIDTH: usize = 72;
+const WIDTH: usize = 80;
 
 /// A line of a listing.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -35,12 +35,47 @@ impl Listing {
         let mut lines = vec![frame(format!("images of {} x {} pixels", self.width, self.height))];
         for (number, sweep) in self.sweeps().enumerate() {
             lines.push(frame(String::new()));
-            let tree = if number == 0 && self.first.is_some() { "first" } else { "second" };
+            let tree = match (number, &self.first) {
+                (_, None) => "the",
+                (0, _) => "first",
+                _ => "second",
+            };
             Printer { sweep, number, lines: &mut lines }.sweep(tree);
         }
         lines.push(frame(String::new()));
         lines.push(frame("answer: a".to_string()));
         lines
+    }
+}
+
+impl Sweep {
+    /// The condition of the choice of this number, as it is printed.
+    pub(super) fn condition(&self, site: Site) -> Option<String> {
+        fn find(block: &[Stmt], wanted: Site) -> Option<&Cond> {
+            block.iter().find_map(|stmt| match stmt {
+                Stmt::If(site, cond, ..) if *site == wanted => Some(cond),
+                Stmt::If(_, _, then, or_else) => find(then, wanted).or_else(|| find(or_else, wanted)),
+                _ => None,
+            })
+        }
+        struct InValues(Site, Option<Cond>);
+        impl Visitor for InValues {
+            fn expr(&mut self, expr: &mut Expr) {
+                if let Expr::If(site, cond, ..) = expr
+                    && *site == self.0
+                {
+                    self.1 = Some((**cond).clone());
+                }
+            }
+        }
+        let cond = find(&self.body, site).cloned().or_else(|| {
+            let mut values = InValues(site, None);
+            self.clone().visit(&mut values);
+            values.1
+        })?;
+        let mut text = String::new();
+        Printer { sweep: self, number: 0, lines: &mut Vec::new() }.cond(&cond, 0, &mut text, &mut Vec::new());
+        Some(text)
     }
 }
 

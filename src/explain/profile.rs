@@ -148,9 +148,9 @@ impl Profile {
             parts.push(format!("{} ×", of(&site).held));
         }
         if let Some(site) = line.sites.iter().find(|site| stops.contains(site)) {
-            let at = of(site).stops_at.map_or(String::new(), |q| {
-                format!(", mostly at position {:.0} to {:.0}", q.lower, q.upper)
-            });
+            let at = of(site)
+                .stops_at
+                .map_or(String::new(), |q| format!(", mostly at position {:.0} to {:.0}", q.lower, q.upper));
             parts.push(format!("stops {} of {} cases{at}", of(site).held, self.cases));
         }
         parts.join("   ")
@@ -209,7 +209,7 @@ mod tests {
     fn counts_by_hand() {
         // A window of 2 x 2 centred on row y covers rows y and y + 1, and visits rows 14 to 0.
         let text = "images of 16 x 16 pixels\n\n\
-            second tree: a 2 x 2 window moves up column x-obstacle\n    \
+            the tree: a 2 x 2 window moves up column x-obstacle\n    \
             if raw > 100:\n        a := y\n        stop\n    \
             else if y < 2: b := if b > 0 then 5 else 7\n\nanswer: a\n";
         let listing: Listing = text.parse().expect("a listing");
@@ -235,6 +235,9 @@ mod tests {
 
     #[test]
     fn shares_do_not_round_to_all_or_none() {
-        assert_eq!([0.0, 1e-6, 0.5, 0.99999, 1.0].map(percent), ["0.0 %", "<0.1 %", "50.0 %", ">99.9 %", "100.0 %"]);
+        assert_eq!(
+            [0.0, 1e-6, 0.5, 0.99999, 1.0].map(percent),
+            ["0.0 %", "<0.1 %", "50.0 %", ">99.9 %", "100.0 %"]
+        );
     }
 }

@@ -40,10 +40,14 @@ impl Live {
         let trees: Vec<Vec<Origin>> = individual.trees().map(origins).collect();
         let lens: Vec<usize> = trees.iter().map(Vec::len).collect();
         let mut reducer = Reducer { trees, target: optimised, optimiser: Optimiser::default(), left: WORK };
-        let nothing: Vec<Origin> =
-            [Node::Iterate(Direction::Down), Node::Rect(Rect::default()), Node::XObstacle, Node::Constant(0.0)]
-                .map(|node| (node, None))
-                .into();
+        let nothing: Vec<Origin> = [
+            Node::Iterate(Direction::Down),
+            Node::Rect(Rect::default()),
+            Node::XObstacle,
+            Node::Constant(0.0),
+        ]
+        .map(|node| (node, None))
+        .into();
         if lens.len() == 2 {
             reducer.accept(0, nothing);
         }
@@ -172,7 +176,9 @@ mod tests {
         );
         assert_eq!(found, [vec!["iterate-up", "3x3", "x-obstacle", "set-a", "median"]]);
         // A first tree that nothing is read of.
-        let found = live("(individual (iterate-up 3x3 x-obstacle (set-a raw)) (iterate-down 2x2 (+ x-obstacle 1) (set-a raw)))");
+        let found = live(
+            "(individual (iterate-up 3x3 x-obstacle (set-a raw)) (iterate-down 2x2 (+ x-obstacle 1) (set-a raw)))",
+        );
         assert_eq!(found[0], Vec::<&str>::new());
         assert_eq!(found[1], ["iterate-down", "2x2", "+", "x-obstacle", "constant", "set-a", "raw"]);
     }

@@ -21,7 +21,7 @@ pub(super) enum Step {
     If(Reg, Vec<Step>, Vec<Step>),
 }
 
-/// The statements of a loop's body. Of the second loop (`answer_only`) register `a` alone is kept where nothing is read.
+/// The statements of a loop's body.
 pub(super) fn steps(l: &Loop) -> Vec<Step> {
     let mut steps = Vec::new();
     for (k, next) in l.next().iter().enumerate() {
@@ -29,8 +29,8 @@ pub(super) fn steps(l: &Loop) -> Vec<Step> {
         merge(&mut steps, Planner::new(l.body(), k as u8).target(next));
     }
     if let Some(mask) = l.break_if() {
-        let mut conditions = BTreeSet::new();
-        collect(&steps, &mut conditions);
+        let mut conditions = HashMap::new();
+        collect(&steps, 0, &mut conditions);
         merge(&mut steps, stop(l.body(), mask, true, &conditions));
     }
     steps
@@ -119,31 +119,34 @@ impl<'a> Planner<'a> {
     }
 }
 
-/// The conditions of statements.
-fn collect(steps: &[Step], out: &mut BTreeSet<Reg>) {
+/// The conditions of statements, each with how deep it first stands.
+fn collect(steps: &[Step], depth: usize, out: &mut HashMap<Reg, usize>) {
     for step in steps {
         if let Step::If(mask, then, or_else) = step {
-            out.insert(*mask);
-            collect(then, out);
-            collect(or_else, out);
+            let first = out.entry(*mask).or_insert(depth);
+            *first = (*first).min(depth);
+            collect(then, depth + 1, out);
+            collect(or_else, depth + 1, out);
         }
     }
 }
 
-/// Stops where the mask holds (or does not): taken apart where a part of it is a condition of other statements.
-fn stop(block: &Block, mask: Reg, holds: bool, conditions: &BTreeSet<Reg>) -> Vec<Step> {
+/// Stops where the mask holds (or does not): taken apart where a part of it is a condition of other statements, of two
+/// such parts by the outer one.
+fn stop(block: &Block, mask: Reg, holds: bool, conditions: &HashMap<Reg, usize>) -> Vec<Step> {
     let (mask, holds) = strip(block, mask, holds);
     let whole = || choice(block, mask, holds, vec![Step::Stop], Vec::new());
     let inst = block.inst(mask);
-    if conditions.contains(&mask) || !matches!(inst.op(), Op::And | Op::Or) {
+    if conditions.contains_key(&mask) || !matches!(inst.op(), Op::And | Op::Or) {
         return whole();
     }
     let [p, q] = [inst.args()[0], inst.args()[1]];
-    let known = |part: Reg| conditions.contains(&strip(block, part, true).0);
-    let (part, rest) = match (known(p), known(q)) {
-        (true, _) => (p, q),
-        (_, true) => (q, p),
-        _ => return whole(),
+    let depth = |part: Reg| conditions.get(&strip(block, part, true).0);
+    let (part, rest) = match (depth(p), depth(q)) {
+        (None, None) => return whole(),
+        (None, Some(_)) => (q, p),
+        (Some(outer), Some(inner)) if inner < outer => (q, p),
+        _ => (p, q),
     };
     let rest = stop(block, rest, holds, conditions);
     // With `holds` as the sign of both parts, one of them is enough, or both are needed.

@@ -7,7 +7,7 @@ const STYLE: &str = "\
 svg{color:#1d2329;background:#fff;font:12px ui-sans-serif,system-ui,sans-serif}
 text{fill:currentColor;stroke:none}
 path,line,rect,polyline{fill:none;stroke:currentColor}
-.quiet{opacity:.3}.faint{stroke-opacity:.25}.mono{font-family:ui-monospace,monospace}.small{font-size:10px}
+.quiet{opacity:.3}.dim{opacity:.65}.faint{stroke-opacity:.25}.mono{font-family:ui-monospace,monospace}.small{font-size:10px}
 .image{stroke:#1668c4}.memory{stroke:#1e8449}.flow{stroke:#b9770e}.root{stroke-width:2}
 .answer{stroke:#d35400;stroke-width:1.5}.label{stroke:#16a085;stroke-width:1.5;stroke-dasharray:5 3}
 text.answer{fill:#d35400;stroke:none}text.label{fill:#16a085;stroke:none}
@@ -49,7 +49,8 @@ pub(super) fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {
-        let word = chunk.iter().fold(0u32, |word, &byte| word << 8 | u32::from(byte)) << (8 * (3 - chunk.len()));
+        let word =
+            chunk.iter().fold(0u32, |word, &byte| word << 8 | u32::from(byte)) << (8 * (3 - chunk.len()));
         for i in 0..4 {
             let digit = DIGITS[(word >> (18 - 6 * i)) as usize & 63];
             out.push(if i <= chunk.len() { char::from(digit) } else { '=' });

@@ -2,14 +2,16 @@
 
 use std::fmt::Write as _;
 
+use super::Explanation;
 use super::listing::{Expr, Listing, Sign, Visitor};
 use super::profile::percent;
 use super::uses::TreeUses;
-use super::Explanation;
 use crate::statistics::Quartiles;
 
 /// So many contributions are shown in a text.
 const CONTRIBUTIONS: usize = 24;
+/// The length of lines.
+const WIDTH: usize = 100;
 /// A part of a listing is cut to this length in a table.
 const PART: usize = 60;
 
@@ -17,19 +19,15 @@ const PART: usize = 60;
 pub fn text(explanation: &Explanation, name: &str) -> String {
     let mut out = format!("{name}\n\n");
     out += &listing(explanation);
-    let _ = writeln!(out, "\n{}\n", checked(explanation));
-    for line in notes(&explanation.listing) {
-        let _ = writeln!(out, "  {line}");
-    }
+    out.push('\n');
+    wrap(&checked(explanation), "", &mut out);
+    let _ = writeln!(out, "\nHow to read it");
+    notes(&explanation.listing).iter().for_each(|line| wrap(line, "  ", &mut out));
     let _ = writeln!(out, "\nWhat is used");
-    for line in uses(explanation) {
-        let _ = writeln!(out, "  {line}");
-    }
+    uses(explanation).iter().for_each(|line| wrap(line, "  ", &mut out));
     if let Some(heading) = data(explanation) {
         let _ = writeln!(out, "\n{heading}");
-        for line in sweeps(explanation) {
-            let _ = writeln!(out, "  {line}");
-        }
+        sweeps(explanation).iter().for_each(|line| wrap(line, "  ", &mut out));
     }
     if !explanation.contributions.is_empty() {
         let _ = writeln!(out, "\nWithout each part, the greatest loss first");
@@ -39,14 +37,41 @@ pub fn text(explanation: &Explanation, name: &str) -> String {
         for row in &rows {
             let line = format!(
                 "  {:>w0$}  {:>w1$}  {:>w2$}  {:<w3$}  {}",
-                row[0], row[1], row[2], row[3], row[4],
-                w0 = widths[0], w1 = widths[1], w2 = widths[2], w3 = widths[3],
+                row[0],
+                row[1],
+                row[2],
+                row[3],
+                row[4],
+                w0 = widths[0],
+                w1 = widths[1],
+                w2 = widths[2],
+                w3 = widths[3],
             );
             let _ = writeln!(out, "{}", line.trim_end());
         }
         out += &more(explanation);
     }
     out
+}
+
+/// Adds a line, broken between words where it is long, and indented.
+fn wrap(text: &str, indent: &str, out: &mut String) {
+    let mut length = 0;
+    for (i, word) in text.split(' ').enumerate() {
+        let word_length = word.chars().count();
+        if i == 0 {
+            out.push_str(indent);
+        } else if length + 1 + word_length > WIDTH {
+            let _ = write!(out, "\n{indent}  ");
+            length = 2;
+        } else {
+            out.push(' ');
+            length += 1;
+        }
+        out.push_str(word);
+        length += word_length;
+    }
+    out.push('\n');
 }
 
 /// The explanation as Markdown. `name` is what the program is called.
@@ -98,7 +123,9 @@ pub fn listing(explanation: &Explanation) -> String {
     let lines = explanation.listing.lines();
     let margins: Vec<String> = lines
         .iter()
-        .map(|line| explanation.profile.as_ref().map_or(String::new(), |p| p.margin(&explanation.listing, line)))
+        .map(|line| {
+            explanation.profile.as_ref().map_or(String::new(), |p| p.margin(&explanation.listing, line))
+        })
         .collect();
     let with_margin = lines.iter().zip(&margins).filter(|(_, margin)| !margin.is_empty());
     let width = with_margin.map(|(line, _)| line.text.chars().count()).max().unwrap_or(0).min(84);
@@ -157,7 +184,8 @@ pub fn notes(listing: &Listing) -> Vec<String> {
     }
     if seen.register {
         notes.push(
-            "A register on the right has the value that the position before left, 0 at the first.".to_string(),
+            "A register on the right has the value that the position before left, 0 at the first."
+                .to_string(),
         );
     } else {
         notes.push("A register that nothing is stored in is 0.".to_string());
@@ -183,7 +211,7 @@ pub fn uses(explanation: &Explanation) -> Vec<String> {
     let (nodes, live) = uses.nodes();
     let more = if uses.complete { "" } else { " or more" };
     let mut out = vec![format!(
-        "{live} of {nodes} nodes do anything; {}{more} are introns ({}). {} operations before the optimiser, {} after.",
+        "{live} of {nodes} nodes do anything; introns: {}{more} ({}). {} operations before the optimiser, {} after.",
         nodes - live,
         percent((nodes - live) as f64 / nodes.max(1) as f64),
         uses.operations_before,
@@ -241,7 +269,7 @@ pub fn sweeps(explanation: &Explanation) -> Vec<String> {
         for (i, at) in lines_of_stops(explanation, i) {
             let Quartiles { min, lower, median, upper, max } = at;
             out.push(format!(
-                "    stop in line {i}: at position {min:.0}, {lower:.0}, {median:.0}, {upper:.0}, {max:.0} \
+                "stop in line {i}: at position {min:.0}, {lower:.0}, {median:.0}, {upper:.0}, {max:.0} \
                  (least, quartiles, greatest)"
             ));
         }

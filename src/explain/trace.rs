@@ -32,7 +32,7 @@ pub struct Trace {
 /// One sweep of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SweepTrace {
-    /// `first` or `second`.
+    /// `first` or `second`, or `the` where it is the only one that matters.
     pub tree: &'static str,
     /// The window's width and height in pixels.
     pub window: [u32; 2],
@@ -111,7 +111,7 @@ impl Trace {
             let stored: Vec<u8> = (0..5).filter(|&k| sweep.registers()[0][usize::from(k)]).collect();
             let operands = sweep.operands();
             traces.push(SweepTrace {
-                tree: if both && number == 0 { "first" } else { "second" },
+                tree: if !both { "the" } else { ["first", "second"][number] },
                 window: [sweep.rect.width(), sweep.rect.height()],
                 x: 0,
                 operators: operands.iter().map(|o| o.name()).collect(),
@@ -162,7 +162,8 @@ impl SweepTrace {
         for (i, at) in self.positions.iter().enumerate() {
             let alike = i > 0 && self.positions[i - 1].branches == at.branches;
             let inside = i >= ENDS && i + ENDS < n && !at.stopped;
-            if !full && alike && inside && !self.lines.is_empty() || !full && inside && self.lines.is_empty() {
+            if !full && alike && inside && !self.lines.is_empty() || !full && inside && self.lines.is_empty()
+            {
                 left_out += 1;
                 continue;
             }

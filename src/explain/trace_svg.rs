@@ -55,7 +55,7 @@ pub fn trace_svg(trace: &Trace, image: &GrayImage) -> Result<String, image::Imag
         }
         for (i, line) in sweep.lines.iter().enumerate() {
             strip(x, *line, sweep, i, scale, h, &mut out);
-            x += STRIP + 6.0;
+            x += STRIP + 8.0;
         }
         let _ = writeln!(out, "<text x=\"{from:.1}\" y=\"22\">{} tree</text>", sweep.tree);
         x += 2.0 * GAP;
@@ -83,7 +83,8 @@ pub fn trace_svg(trace: &Trace, image: &GrayImage) -> Result<String, image::Imag
         let x = MARGIN + 110.0;
         let _ = writeln!(out, "<text class=\"answer\" x=\"{x}\" y=\"{below:.1}\">{}</text>", escape(&text));
     }
-    let legend = "Yellow: where the window went. Strips: dark where the condition in that line of the listing held.";
+    let legend =
+        "Yellow: where the window went. Strips: dark where the condition in that line of the listing held.";
     let _ = writeln!(out, "<text class=\"small\" x=\"{MARGIN}\" y=\"{:.1}\">{legend}</text>", below + 18.0);
     Ok(frame(total, below + 18.0 + MARGIN, &format!("Trace of {}", trace.image), &out))
 }
@@ -134,7 +135,7 @@ fn field(
         out,
         "<rect class=\"faint\" x=\"{x:.1}\" y=\"{HEAD}\" width=\"{FIELD}\" height=\"{height:.1}\"/>\
          <text class=\"small\" x=\"{x:.1}\" y=\"{}\">{}</text>\
-         <text class=\"small quiet\" x=\"{x:.1}\" y=\"{}\">{} … {}</text>",
+         <text class=\"small dim\" x=\"{x:.1}\" y=\"{}\">{} … {}</text>",
         // Long names take turns in height.
         if number % 2 == 0 { 38 } else { 48 },
         escape(name),

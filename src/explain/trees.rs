@@ -32,7 +32,8 @@ pub fn dot(individual: &Individual, live: &Live) -> String {
         let _ = writeln!(out, "  subgraph cluster_{t} {{\n    label=\"{title}\";");
         for (i, &node) in tree.nodes().iter().enumerate() {
             let text = label(node).replace('\\', "\\\\").replace('"', "\\\"");
-            let pale = if live.nodes[t][i] { "" } else { ", color=gray, fontcolor=gray, style=\"rounded,dashed\"" };
+            let pale =
+                if live.nodes[t][i] { "" } else { ", color=gray, fontcolor=gray, style=\"rounded,dashed\"" };
             let _ = writeln!(out, "    t{t}n{i} [label=\"{text}\"{pale}];");
         }
         for (parent, child) in edges(tree) {
@@ -86,9 +87,15 @@ pub fn svg(individual: &Individual, live: &Live) -> String {
         width = width.max(layout.width + 2.0 * MARGIN).max(title.len() as f64 * CHARACTER + 2.0 * MARGIN);
         top += 24.0 + layout.height + 2.0 * MARGIN;
     }
-    let legend = "Solid: does something. Pale: an intron. Blue: image operators; green: registers; orange: flow.";
+    let legend =
+        "Solid: does something. Pale: an intron. Blue: image operators; green: registers; orange: flow.";
     let _ = writeln!(content, "<text class=\"small\" x=\"{MARGIN}\" y=\"{:.0}\">{legend}</text>", top);
-    frame(width.max(legend.len() as f64 * 6.0 + 2.0 * MARGIN), top + MARGIN, "The trees of the program", &content)
+    frame(
+        width.max(legend.len() as f64 * 6.0 + 2.0 * MARGIN),
+        top + MARGIN,
+        "The trees of the program",
+        &content,
+    )
 }
 
 struct Layout {
@@ -174,8 +181,9 @@ mod tests {
     use super::*;
 
     fn example() -> (Individual, Live) {
-        let individual: Individual =
-            "(individual (iterate-up 3x3 x-obstacle (prog2 (set-b raw) (set-a y))))".parse().expect("a program");
+        let individual: Individual = "(individual (iterate-up 3x3 x-obstacle (prog2 (set-b raw) (set-a y))))"
+            .parse()
+            .expect("a program");
         let program = vsonar_ir::opt::optimise(&crate::lower::lower(&individual, 64, 48));
         let live = Live::of(&individual, &program);
         (individual, live)
@@ -198,7 +206,10 @@ mod tests {
     fn what_does_nothing_is_pale() {
         let (individual, live) = example();
         let dot = dot(&individual, &live);
-        assert!(dot.contains("t0n5 [label=\"raw\", color=gray") && dot.contains("t0n7 [label=\"y\"];"), "{dot}");
+        assert!(
+            dot.contains("t0n5 [label=\"raw\", color=gray") && dot.contains("t0n7 [label=\"y\"];"),
+            "{dot}"
+        );
         assert_eq!(dot.matches(" -> ").count(), 7);
         let svg = svg(&individual, &live);
         // set-b, raw, and prog2, which then has nothing to put together

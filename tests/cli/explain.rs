@@ -15,7 +15,7 @@ fn place() -> Place {
 const LISTING: &str = "  \
   1  images of 64 x 48 pixels
   2
-  3  second tree: a 3 x 3 window moves up column x-obstacle
+  3  the tree: a 3 x 3 window moves up column x-obstacle
   4      if gradient > 50:
   5          a := y
   6          stop
@@ -28,10 +28,16 @@ fn a_program_by_itself() {
     let place = place();
     let text = place.ok(&["explain", "p.gp", "--size", "64x48"]);
     assert!(text.contains(LISTING), "{text}");
-    assert!(text.contains("the same 144 answers as the compiled program on 6 random images, bit for bit"), "{text}");
+    assert!(
+        text.contains("the same 144 answers as the compiled program on 6 random images, bit for bit"),
+        "{text}"
+    );
     // All but (+ read-c 0), for which a single node would do.
     assert!(text.contains("10 of 13 nodes do anything"), "{text}");
-    assert!(text.contains("operators gradient; registers stored a, read none (in the tree without effect: c)"), "{text}");
+    assert!(
+        text.contains("operators gradient; registers stored a, read none (in the tree without effect: c)"),
+        "{text}"
+    );
     assert!(!text.contains("Without each part"), "{text}");
     // The same for the usual size.
     assert!(place.ok(&["explain", "p.gp"]).contains("images of 320 x 240 pixels"));
@@ -55,11 +61,13 @@ fn on_data_the_margins_count() {
     let text = place.ok(&["explain", "p.gp", "--data", "data"]);
     assert!(text.contains(&format!("stops {} of 24 cases", sweep["stopped"])), "{text}");
     // Without the only branch nothing is left but the answer 0.
-    let never = report["contributions"].as_array().expect("a list").iter().find(|c| c["without"] == "never so");
+    let never =
+        report["contributions"].as_array().expect("a list").iter().find(|c| c["without"] == "never holds");
     let zero = place_zero(&place);
     assert_eq!(never.expect("tried")["correct"], zero);
     // The trace ends where the first case's answer is.
-    let last = report["trace"]["sweeps"][0]["positions"].as_array().expect("a list").last().expect("one").clone();
+    let last =
+        report["trace"]["sweeps"][0]["positions"].as_array().expect("a list").last().expect("one").clone();
     assert_eq!(last["y"].as_f64(), report["trace"]["answer"].as_f64());
     assert_eq!(last["stopped"], true);
 }
@@ -77,7 +85,11 @@ fn a_trace_of_a_case() {
     let text = place.ok(&["explain", "p.gp", "--data", "data", "--trace", "drive_b_1.png,33"]);
     assert!(text.contains("\nTrace of drive_b_1.png, column 33: answer "), "{text}");
     // By number, and of the column that comes first.
-    assert!(place.ok(&["explain", "p.gp", "--data", "data", "--trace", "2"]).contains("\nTrace of drive_b_1.png, column 8:"));
+    assert!(
+        place
+            .ok(&["explain", "p.gp", "--data", "data", "--trace", "2"])
+            .contains("\nTrace of drive_b_1.png, column 8:")
+    );
     let rows = |full: &[&str]| {
         let all = [&["explain", "p.gp", "--data", "data", "--trace", "1,20"], full].concat();
         place.ok(&all).lines().filter(|line| line.ends_with("4 no")).count()
@@ -85,7 +97,10 @@ fn a_trace_of_a_case() {
     assert!(rows(&["--full"]) > rows(&[]), "some are alike");
     for (trace, said) in [
         ("drive_b_1.png,34", "the labelled columns of drive_b_1.png are 8, 20, 33, 51"),
-        ("none.png,8", "has no image none.png,8; give a name, such as drive_a_0.png, or a number from 1 to 6"),
+        (
+            "none.png,8",
+            "has no image none.png,8; give a name, such as drive_a_0.png, or a number from 1 to 6",
+        ),
         ("7,8", "has no image 7,8"),
         ("0,8", "has no image 0,8"),
     ] {
