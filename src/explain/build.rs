@@ -4,16 +4,18 @@ use std::collections::BTreeSet;
 
 use vsonar_ir::opt::interval::Interval;
 use vsonar_ir::opt::ranges::{self, Leaves};
-use vsonar_ir::{Block, Leaf, Loop, Moment, Op, Operand, Operator, Program, Reg, Span, Ty};
+use vsonar_ir::{Block, Leaf, Loop, Op, Program, Reg, Span, Ty};
 
-use super::listing::{Cond, Course, Expr, Function, Listing, Name, Relation, Sign, Stmt, Sweep};
+use super::listing::{Cond, Course, Expr, Listing, Name, Relation, Sign, Stmt, Sweep};
+use super::names::Names;
+use super::order::{and, or, product, sum};
 use super::structure::{Step, steps, strip};
+use super::view::{View, views};
 
-/// Of an expression longer than this the longest parts are given names. Its length is the number of its operations, a choice
-/// counting for three.
-const LONG: usize = 16;
+/// Of an expression longer than this, in characters, the longest parts are given names.
+const LONG: usize = 104;
 /// A choice longer than this inside of another expression is given a name.
-const LONG_CHOICE: usize = 6;
+const LONG_CHOICE: usize = 60;
 /// A window average read so often is given a short name.
 const OFTEN: usize = 5;
 
@@ -56,7 +58,7 @@ pub(super) fn listing(program: &Program, registers: &RegisterNames) -> Result<Li
 /// Gives the first tree's registers their names in the second.
 fn rename_iter2(sweep: &mut Sweep, names: &[u8; 5]) {
     struct Rename<'a>(&'a [u8; 5]);
-    impl super::listing::Visitor for Rename<'_> {
+    impl super::visit::Visitor for Rename<'_> {
         fn expr(&mut self, expr: &mut Expr) {
             if let Expr::Iter2(k) = expr {
                 *k = self.0[usize::from(*k)];
@@ -81,87 +83,6 @@ fn sweep(l: &Loop, column: &[Interval], body: &[Interval], registers: [u8; 5]) -
     sweep
 }
 
-/// The names given so far in a sweep.
-#[derive(Default)]
-struct Names {
-    list: Vec<String>,
-    values: usize,
-    conditions: usize,
-}
-
-impl Names {
-    fn add(&mut self, name: String) -> Name {
-        self.list.push(name);
-        self.list.len() as Name - 1
-    }
-
-    /// `p`, `q`, `r` and so on, then `p2`; letters that neither a register nor an operator's short name has.
-    fn value(&mut self) -> Name {
-        self.values += 1;
-        let name = letter(b'p', self.values - 1);
-        self.add(name)
-    }
-
-    fn condition(&mut self) -> Name {
-        self.conditions += 1;
-        let name = letter(b'P', self.conditions - 1);
-        self.add(name)
-    }
-
-    fn operand(&mut self, operand: Operand) -> Name {
-        let letter = match operand.operator {
-            Operator::Raw => "l",
-            Operator::Median => "m",
-            Operator::MedianCorner => "k",
-            Operator::Gradient => "g",
-            Operator::MoravecHorizontal => "h",
-            Operator::MoravecVertical => "v",
-            Operator::MoravecSlash => "s",
-            Operator::MoravecBackslash => "t",
-        };
-        self.add(match operand.moment {
-            Moment::Mean => letter.to_string(),
-            Moment::MeanSquare => format!("{letter}{letter}"),
-        })
-    }
-}
-
-/// One of the letters from `p` (or `P`) on that are no operator's short name, with a number when they have been used up.
-fn letter(first: u8, number: usize) -> String {
-    const LETTERS: &[u8] = b"pqruwz";
-    let letter = char::from(first + (LETTERS[number % LETTERS.len()] - LETTERS[0]));
-    match number / LETTERS.len() {
-        0 => letter.to_string(),
-        round => format!("{letter}{}", round + 1),
-    }
-}
-
-/// What an instruction is, as a reader sees it.
-#[derive(Debug, Clone, Copy)]
-enum View {
-    Leaf(Leaf),
-    Power(Reg, u8),
-    Twice(Reg),
-    Binary(Sign, Reg, Reg),
-    Call(Function, [Reg; 2]),
-    Select([Reg; 3]),
-    Compare(Op, Reg, Reg),
-    Logic(Op, Reg, Reg),
-    Not(Reg),
-}
-
-impl View {
-    fn operands(&self) -> Vec<Reg> {
-        match *self {
-            View::Leaf(_) => Vec::new(),
-            View::Power(a, _) | View::Twice(a) | View::Not(a) => vec![a],
-            View::Binary(_, a, b) | View::Compare(_, a, b) | View::Logic(_, a, b) => vec![a, b],
-            View::Call(function, args) => args[..function.arity()].to_vec(),
-            View::Select(args) => args.to_vec(),
-        }
-    }
-}
-
 /// Writes the values of one block.
 struct Writer<'a> {
     block: &'a Block,
@@ -182,34 +103,7 @@ impl<'a> Writer<'a> {
         registers: [u8; 5],
         names: &'a mut Names,
     ) -> Writer<'a> {
-        let mut views: Vec<View> = Vec::with_capacity(block.len());
-        for (_, inst) in block.iter() {
-            let arg = |i: usize| inst.args()[i];
-            let view = match inst.op() {
-                Op::Add if arg(0) == arg(1) => View::Twice(arg(0)),
-                Op::Add => View::Binary(Sign::Add, arg(0), arg(1)),
-                Op::Sub => View::Binary(Sign::Sub, arg(0), arg(1)),
-                Op::Mul => power(&views, arg(0), arg(1)).unwrap_or(View::Binary(Sign::Mul, arg(0), arg(1))),
-                Op::Div => View::Binary(Sign::Div, arg(0), arg(1)),
-                Op::PDiv => View::Binary(Sign::Protected, arg(0), arg(1)),
-                Op::Min => View::Call(Function::Min, [arg(0), arg(1)]),
-                Op::Max => View::Call(Function::Max, [arg(0), arg(1)]),
-                Op::Atan2 => View::Call(Function::Atan2, [arg(0), arg(1)]),
-                Op::Sin => View::Call(Function::Sin, [arg(0); 2]),
-                Op::Cos => View::Call(Function::Cos, [arg(0); 2]),
-                Op::Tan => View::Call(Function::Tan, [arg(0); 2]),
-                Op::Atan => View::Call(Function::Atan, [arg(0); 2]),
-                Op::Lt | Op::Le | Op::Eq => View::Compare(inst.op(), arg(0), arg(1)),
-                Op::And | Op::Or => View::Logic(inst.op(), arg(0), arg(1)),
-                Op::Not => View::Not(arg(0)),
-                Op::Select => View::Select([arg(0), arg(1), arg(2)]),
-                _ => match inst.leaf() {
-                    Some(leaf) => View::Leaf(leaf),
-                    None => unreachable!("operations on bit patterns were refused"),
-                },
-            };
-            views.push(view);
-        }
+        let views = views(block);
         let n = block.len();
         Writer { block, intervals, registers, views, named: vec![false; n], name: vec![None; n], names }
     }
@@ -231,34 +125,7 @@ impl<'a> Writer<'a> {
 
     /// Which values have names: those that are used more than once, unless that would be longer, and long ones.
     fn decide(&mut self, roots: &[Reg]) {
-        let mut size = vec![0usize; self.views.len()];
-        let mut long = vec![false; self.views.len()];
-        for (i, view) in self.views.iter().enumerate() {
-            let mut parts = view.operands();
-            parts.retain(|reg| !long[reg.index()]);
-            parts.sort_by_key(|reg| size[reg.index()]);
-            parts.dedup();
-            let own = match view {
-                View::Leaf(_) => 0,
-                View::Select(_) => 3,
-                _ => 1,
-            };
-            // `else if` can be read on and on.
-            let chain = if let View::Select([_, _, or_else]) = *view { Some(or_else) } else { None };
-            for reg in &parts {
-                let choice = matches!(self.views[reg.index()], View::Select(_)) && Some(*reg) != chain;
-                long[reg.index()] |= choice && size[reg.index()] > LONG_CHOICE;
-            }
-            parts.retain(|reg| !long[reg.index()]);
-            let mut all = own + parts.iter().map(|reg| size[reg.index()]).sum::<usize>();
-            while all > LONG
-                && let Some(longest) = parts.pop().filter(|reg| size[reg.index()] > 1)
-            {
-                all -= size[longest.index()];
-                long[longest.index()] = true;
-            }
-            size[i] = all;
-        }
+        let long = self.long(roots);
         let mut uses = vec![0usize; self.views.len()];
         roots.iter().for_each(|reg| uses[reg.index()] += 1);
         for i in (0..self.views.len()).rev() {
@@ -276,6 +143,37 @@ impl<'a> Writer<'a> {
             let times = if self.named[i] { uses[i].min(1) } else { uses[i] };
             view.operands().iter().for_each(|reg| uses[reg.index()] += times);
         }
+    }
+
+    /// Which values would make an expression too long.
+    fn long(&self, roots: &[Reg]) -> Vec<bool> {
+        let mut reached = vec![false; self.views.len()];
+        roots.iter().for_each(|reg| reached[reg.index()] = true);
+        for i in (0..self.views.len()).rev().filter(|&i| reached[i]).collect::<Vec<_>>() {
+            self.views[i].operands().iter().for_each(|reg| reached[reg.index()] = true);
+        }
+        let mut size = vec![0usize; self.views.len()];
+        let mut long = vec![false; self.views.len()];
+        for (i, view) in self.views.iter().enumerate().filter(|(i, _)| reached[*i]) {
+            // `else if` can be read on and on.
+            let chain = if let View::Select([_, _, or_else]) = *view { Some(or_else) } else { None };
+            let mut parts = view.operands();
+            for reg in &parts {
+                let choice = matches!(self.views[reg.index()], View::Select(_)) && Some(*reg) != chain;
+                long[reg.index()] |= choice && size[reg.index()] > LONG_CHOICE;
+            }
+            parts.sort_by_key(|reg| size[reg.index()]);
+            let of = |long: &[bool], reg: &Reg| if long[reg.index()] { 1 } else { size[reg.index()] };
+            let length = |long: &[bool]| view.length() + parts.iter().map(|reg| of(long, reg)).sum::<usize>();
+            for reg in parts.iter().rev() {
+                let leaf = matches!(self.views[reg.index()], View::Leaf(_));
+                if length(&long) > LONG && !leaf {
+                    long[reg.index()] = true;
+                }
+            }
+            size[i] = length(&long);
+        }
+        long
     }
 
     /// The values with names that these need, directly or not, and that have none yet.
@@ -504,77 +402,6 @@ fn heads(steps: &[Step], out: &mut Vec<Reg>) {
             }
         }
     }
-}
-
-/// The product as a power, if it is one of those that are written so.
-fn power(views: &[View], a: Reg, b: Reg) -> Option<View> {
-    let of = |reg: Reg| match views[reg.index()] {
-        View::Power(base, n) => (base, n),
-        _ => (reg, 1),
-    };
-    let ((base_a, n_a), (base_b, n_b)) = (of(a), of(b));
-    if a == b {
-        return Some(if n_a == 2 { View::Power(base_a, 4) } else { View::Power(a, 2) });
-    }
-    match (base_a == base_b, n_a.min(n_b), n_a.max(n_b)) {
-        (true, 1, 2) => Some(View::Power(base_a, 3)),
-        (true, 1, 4) => Some(View::Power(base_a, 5)),
-        _ => None,
-    }
-}
-
-fn binary(sign: Sign, a: Expr, b: Expr) -> Expr {
-    Expr::Binary(sign, Box::new(a), Box::new(b))
-}
-
-fn level(expr: &Expr) -> u8 {
-    match expr {
-        Expr::Binary(sign, ..) => sign.level(),
-        Expr::If(..) => 0,
-        _ => 3,
-    }
-}
-
-/// Both, without parentheses on the right.
-fn and(p: Box<Cond>, q: Box<Cond>) -> Cond {
-    match *q {
-        Cond::And(q1, q2) => Cond::And(Box::new(and(p, q1)), q2),
-        q => Cond::And(p, Box::new(q)),
-    }
-}
-
-/// One or the other, without parentheses on the right.
-fn or(p: Box<Cond>, q: Box<Cond>) -> Cond {
-    match *q {
-        Cond::Or(q1, q2) => Cond::Or(Box::new(or(p, q1)), q2),
-        q => Cond::Or(p, Box::new(q)),
-    }
-}
-
-/// a + b or b + a, which are the same to the bit; a negative number is taken away.
-fn sum(a: Expr, b: Expr) -> Expr {
-    let (a, b) = match (&a, &b) {
-        (Expr::Const(_), Expr::Const(_)) => (a, b),
-        (Expr::Const(_), _) => (b, a),
-        (_, Expr::Const(_)) => (a, b),
-        _ if level(&b) == 1 && level(&a) != 1 => (b, a),
-        _ => (a, b),
-    };
-    match b {
-        Expr::Const(value) if value < 0.0 => binary(Sign::Sub, a, Expr::Const(-value)),
-        _ => binary(Sign::Add, a, b),
-    }
-}
-
-/// a · b or b · a, which are the same to the bit; a number comes first, unless that needs parentheses.
-fn product(a: Expr, b: Expr) -> Expr {
-    let number = |e: &Expr| matches!(e, Expr::Const(_));
-    let swap = match (number(&a), number(&b)) {
-        (true, false) => level(&b) == 2,
-        (false, true) => level(&a) != 2,
-        _ => level(&b) == 2 && level(&a) != 2,
-    };
-    if swap { binary(Sign::Mul, b, a) } else { binary(Sign::Mul, a, b) }
 }
 
 impl Listing {

@@ -8,7 +8,8 @@ use vsonar_ir::op::REGISTER_NAMES;
 use vsonar_ir::{Operand, WindowAt, Windows};
 
 use super::evaluate::{Observer, Position};
-use super::listing::{Expr, Listing, Site, Stmt, Sweep, Visitor};
+use super::listing::{Expr, Listing, Site, Stmt, Sweep};
+use super::visit::Visitor;
 use crate::dataset::Dataset;
 use crate::evolve::is_correct;
 use crate::tree::Shortest;

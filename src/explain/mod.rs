@@ -37,6 +37,8 @@ mod contribution;
 mod evaluate;
 mod letters;
 pub mod listing;
+mod names;
+mod order;
 mod parse;
 mod print;
 mod profile;
@@ -48,6 +50,8 @@ mod trace;
 mod trace_svg;
 mod trees;
 mod uses;
+mod view;
+mod visit;
 
 use serde::{Serialize, Serializer};
 use vsonar_ir::Program;

@@ -5,7 +5,8 @@ use std::fmt::{self, Display, Write as _};
 use vsonar_ir::Direction;
 use vsonar_ir::op::REGISTER_NAMES;
 
-use super::listing::{Cond, Course, Expr, Listing, Site, Stmt, Sweep, Visitor};
+use super::listing::{Cond, Course, Expr, Listing, Name, Site, Stmt, Sweep};
+use super::visit::Visitor;
 use crate::tree::Shortest;
 
 /// A branch of one statement stands on the line of its `if` where that line is no longer than this.
@@ -74,9 +75,25 @@ impl Sweep {
             values.1
         })?;
         let mut text = String::new();
-        Printer { sweep: self, number: 0, lines: &mut Vec::new() }.cond(&cond, 0, &mut text, &mut Vec::new());
+        let printer = Printer { sweep: self, number: 0, lines: &mut Vec::new() };
+        printer.cond(&cond, 0, &mut text, &mut Vec::new());
+        if let Cond::Name(name) = cond
+            && let Some(named) = find_named(&self.body, name)
+        {
+            text.push_str(": ");
+            printer.cond(named, 0, &mut text, &mut Vec::new());
+        }
         Some(text)
     }
+}
+
+/// The condition of this name.
+fn find_named(block: &[Stmt], wanted: Name) -> Option<&Cond> {
+    block.iter().find_map(|stmt| match stmt {
+        Stmt::LetCond(name, cond) if *name == wanted => Some(cond),
+        Stmt::If(_, _, then, or_else) => find_named(then, wanted).or_else(|| find_named(or_else, wanted)),
+        _ => None,
+    })
 }
 
 struct Printer<'a> {
@@ -272,5 +289,34 @@ impl Printer<'_> {
         if open {
             out.push(')');
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::explain::Explanation;
+    use crate::tree::Individual;
+
+    #[test]
+    fn the_published_program_reads_as_in_the_paper() {
+        let individual: Individual = include_str!("../../examples/fmrb.gp").parse().expect("a program");
+        let explanation = Explanation::new(&individual, 320, 240).expect("an explanation");
+        let expected = "\
+images of 320 x 240 pixels
+
+first tree: a 3 x 3 window moves up column x-obstacle
+    let h = moravec-horizontal
+    b := ((h + 1) · (if at the first position then 3.40282e38 else b) − (h + 1 + h² + h⁴) · x-obstacle) ÷ h⁵
+
+second tree: a 3 x 3 window moves down column x-obstacle
+    if iter2-b > 9: a := y
+    else if y ≤ 9: a := y
+    if median > 35.4444:
+        if gradient > 413.96: a := y
+        if gradient > 239 and (gradient / 239)⁴ > moravec-slash: a := y
+
+answer: a
+";
+        assert_eq!(explanation.listing.to_string(), expected);
     }
 }

@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 
 use super::Explanation;
-use super::listing::{Expr, Listing, Sign, Visitor};
+use super::listing::{Expr, Listing, Sign};
 use super::profile::percent;
 use super::uses::TreeUses;
+use super::visit::Visitor;
 use crate::statistics::Quartiles;
 
 /// So many contributions are shown in a text.

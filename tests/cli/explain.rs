@@ -161,3 +161,21 @@ fn what_cannot_be_explained() {
         assert!(complaint.contains(said), "{arguments:?}: {complaint}");
     }
 }
+
+#[test]
+fn a_run_is_explained_on_its_own_data() {
+    let place = place();
+    let evolve = ["evolve", "--data", "data", "--holdout-match", "drive_b*", "--train-match", "drive_a*"];
+    let short = ["--out", "run", "--population", "4", "--generations", "1", "--quiet"];
+    place.ok(&[&evolve[..], &short].concat());
+    let on = |arguments: &[&str]| {
+        let json = place.ok(&[&["explain", "--json"], arguments].concat());
+        let report: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        (report["profile"]["cases"].clone(), report["profile"]["data"].as_str().expect("a name").to_string())
+    };
+    // The held-out part, once the run is over; or the one that is asked for; or other data.
+    assert!(on(&["run"]).1.contains("drive_b"));
+    assert!(on(&["run", "--part", "train"]).1.contains("drive_a"));
+    assert_eq!(on(&["run", "--data", "data"]), (24.into(), "data".to_string()));
+    assert_eq!(on(&["run/best.gp", "--data", "data", "--match", "drive_a_0*"]).0, 4);
+}
