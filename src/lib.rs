@@ -48,6 +48,7 @@ pub mod detector;
 pub mod drive;
 pub mod evolve;
 pub mod exec;
+pub mod explain;
 pub mod export;
 pub mod frames;
 pub mod label;

@@ -127,6 +127,25 @@ fn cases_of_run(run: &Path) -> Result<(Cases, vsonar::evolve::Settings), CliErro
     Ok((cases, file.recorded()?))
 }
 
+/// The cases that a program is to be explained on: a folder, or a part of the data of its run.
+pub(super) fn cases_of(
+    program: &Path,
+    data: Option<&Path>,
+    pattern: Option<&String>,
+    part: Option<RunPart>,
+) -> Result<Option<(Dataset, f64)>, CliError> {
+    if let Some(dir) = data {
+        let own = run_of(program).map(|run| tolerance_of_run(&run)).transpose()?;
+        return Ok(Some((load(dir, pattern)?, own.unwrap_or(TOLERANCE))));
+    }
+    if !program.is_dir() {
+        return Ok(None);
+    }
+    let (cases, settings) = cases_of_run(program)?;
+    let (_, set) = part_of_run(program, cases, settings.generations, part)?;
+    Ok(Some((set, settings.tolerance)))
+}
+
 fn part_of_run(
     run: &Path,
     cases: Cases,

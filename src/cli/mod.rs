@@ -24,6 +24,7 @@ mod eval_cases;
 mod evolve;
 mod evolve_runs;
 mod executor;
+mod explain;
 mod export;
 mod interrupt;
 mod ir;
@@ -66,6 +67,7 @@ Examples:
   vsonar label photos                           make labels of your own, in the browser
   vsonar eval runs/photos-seed-1/best.gp --data photos
   vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
+  vsonar explain runs/photos-seed-1              what the program does, in readable form
   vsonar run runs/photos-seed-1/best.gp --input photos    its answers to a camera's frames
   vsonar drive runs/photos-seed-1/best.gp       on a simulated robot, until it hits something
   vsonar evolve --help                          the flags of a command, with examples
@@ -88,6 +90,7 @@ enum Command {
     Sweep(Box<sweep::Args>),
     Eval(Box<eval::Args>),
     Show(show::Args),
+    Explain(Box<explain::Args>),
     Run(Box<run::Args>),
     Drive(drive::Args),
     Ir(ir::Args),
@@ -115,6 +118,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Sweep(args) => sweep::run(*args),
         Command::Eval(args) => eval::run(*args),
         Command::Show(args) => show::run(args),
+        Command::Explain(args) => explain::run(*args),
         Command::Run(args) => run::run(*args),
         Command::Drive(args) => drive::run(args),
         Command::Ir(args) => ir::run(args),

@@ -12,6 +12,7 @@ const COMMANDS: &[&[&str]] = &[
     &["sweep"],
     &["eval"],
     &["show"],
+    &["explain"],
     &["run"],
     &["drive"],
     &["ir"],
@@ -56,6 +57,7 @@ fn every_command_has_help_with_examples() {
         "sweep",
         "eval",
         "show",
+        "explain",
         "run",
         "drive",
         "ir",
@@ -168,7 +170,7 @@ fn other_stated_defaults_are_the_real_ones() {
         assert!(of_flag(text, flag).contains(&format!("[default: {value}]")), "{flag}");
     }
     assert!(of_flag(&help(&["data", "synth"]), "--frames").contains(&format!("[default: {FRAMES}]")));
-    for command in ["evolve", "sweep", "eval", "show", "bench"] {
+    for command in ["evolve", "sweep", "eval", "show", "explain", "bench"] {
         // The number itself is tested where it is computed.
         let said = of_flag(&help(&[command]), "--memory");
         let default = "[default: three quarters of the machine's memory, 8 where that is unknown]";

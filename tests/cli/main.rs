@@ -9,6 +9,7 @@ mod common;
 mod drive;
 mod eval;
 mod evolve;
+mod explain;
 mod export;
 mod export_faults;
 mod help;

@@ -1,0 +1,319 @@
+//! An explanation as plain text and as Markdown.
+
+use std::fmt::Write as _;
+
+use super::Explanation;
+use super::listing::{Expr, Listing, Sign};
+use super::profile::percent;
+use super::uses::TreeUses;
+use super::visit::Visitor;
+use crate::statistics::Quartiles;
+
+/// So many contributions are shown in a text.
+const CONTRIBUTIONS: usize = 24;
+/// The length of lines.
+const WIDTH: usize = 100;
+/// A part of a listing is cut to this length in a table.
+const PART: usize = 60;
+
+/// The explanation as plain text. `name` is what the program is called.
+pub fn text(explanation: &Explanation, name: &str) -> String {
+    let mut out = format!("{name}\n\n");
+    out += &listing(explanation);
+    out.push('\n');
+    wrap(&checked(explanation), "", &mut out);
+    let _ = writeln!(out, "\nHow to read it");
+    notes(&explanation.listing).iter().for_each(|line| wrap(line, "  ", &mut out));
+    let _ = writeln!(out, "\nWhat is used");
+    uses(explanation).iter().for_each(|line| wrap(line, "  ", &mut out));
+    if let Some(heading) = data(explanation) {
+        let _ = writeln!(out, "\n{heading}");
+        sweeps(explanation).iter().for_each(|line| wrap(line, "  ", &mut out));
+    }
+    if !explanation.contributions.is_empty() {
+        let _ = writeln!(out, "\nWithout each part, the greatest loss first");
+        let rows = contributions(explanation);
+        let widths: Vec<usize> =
+            (0..5).map(|i| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0)).collect();
+        for row in &rows {
+            let line = format!(
+                "  {:>w0$}  {:>w1$}  {:>w2$}  {:<w3$}  {}",
+                row[0],
+                row[1],
+                row[2],
+                row[3],
+                row[4],
+                w0 = widths[0],
+                w1 = widths[1],
+                w2 = widths[2],
+                w3 = widths[3],
+            );
+            let _ = writeln!(out, "{}", line.trim_end());
+        }
+        out += &more(explanation);
+    }
+    out
+}
+
+/// Adds a line, broken between words where it is long, and indented.
+fn wrap(text: &str, indent: &str, out: &mut String) {
+    let mut length = 0;
+    for (i, word) in text.split(' ').enumerate() {
+        let word_length = word.chars().count();
+        if i == 0 {
+            out.push_str(indent);
+        } else if length + 1 + word_length > WIDTH {
+            let _ = write!(out, "\n{indent}  ");
+            length = 2;
+        } else {
+            out.push(' ');
+            length += 1;
+        }
+        out.push_str(word);
+        length += word_length;
+    }
+    out.push('\n');
+}
+
+/// The explanation as Markdown. `name` is what the program is called.
+pub fn markdown(explanation: &Explanation, name: &str) -> String {
+    let mut out = format!("# {}\n\n", escape(name));
+    let _ = writeln!(out, "```text\n{}```\n\n{}\n", listing(explanation), escape(&checked(explanation)));
+    for line in notes(&explanation.listing) {
+        let _ = writeln!(out, "- {}", escape(&line));
+    }
+    let _ = writeln!(out, "\n## What is used\n");
+    for line in uses(explanation) {
+        let _ = writeln!(out, "- {}", escape(&line));
+    }
+    if let Some(heading) = data(explanation) {
+        let _ = writeln!(out, "\n## On the data\n\n{}\n", escape(&heading));
+        for line in sweeps(explanation) {
+            let _ = writeln!(out, "- {}", escape(&line));
+        }
+    }
+    if !explanation.contributions.is_empty() {
+        let _ = writeln!(out, "\n## Without each part\n");
+        let rows = contributions(explanation);
+        for (i, row) in rows.iter().enumerate() {
+            let cells: Vec<String> = row.iter().map(|cell| escape(cell)).collect();
+            let _ = writeln!(out, "| {} |", cells.join(" | "));
+            if i == 0 {
+                out += "|---:|---:|---:|---|---|\n";
+            }
+        }
+        let _ = write!(out, "\n{}", escape(&more(explanation)));
+    }
+    out
+}
+
+/// Text that Markdown leaves as it is.
+fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        if "\\`*_[]<>|#".contains(c) {
+            out.push('\\');
+        }
+        out.push(c);
+    }
+    out
+}
+
+/// The listing with numbers before the lines and, where there is data, what happens at each after them.
+pub fn listing(explanation: &Explanation) -> String {
+    let lines = explanation.listing.lines();
+    let margins: Vec<String> = lines
+        .iter()
+        .map(|line| {
+            explanation.profile.as_ref().map_or(String::new(), |p| p.margin(&explanation.listing, line))
+        })
+        .collect();
+    let with_margin = lines.iter().zip(&margins).filter(|(_, margin)| !margin.is_empty());
+    let width = with_margin.map(|(line, _)| line.text.chars().count()).max().unwrap_or(0).min(84);
+    let mut out = String::new();
+    for (i, (line, margin)) in lines.iter().zip(&margins).enumerate() {
+        let gap = if margin.is_empty() { "" } else { "  │ " };
+        let row = format!("{:>3}  {:<width$}{gap}{margin}", i + 1, line.text);
+        let _ = writeln!(out, "{}", row.trim_end());
+    }
+    out
+}
+
+/// What the text was held against.
+pub fn checked(explanation: &Explanation) -> String {
+    let checked = &explanation.checked;
+    format!(
+        "Checked: read back and run as it stands, the text above gives the same {} answers as the compiled program on {}, \
+         bit for bit.",
+        checked.answers, checked.on
+    )
+}
+
+/// How to read a listing: of the rules those that it needs.
+pub fn notes(listing: &Listing) -> Vec<String> {
+    #[derive(Default)]
+    struct Seen {
+        protected: bool,
+        power: bool,
+        register: bool,
+        iter2: bool,
+    }
+    impl Visitor for Seen {
+        fn expr(&mut self, expr: &mut Expr) {
+            match expr {
+                Expr::Binary(Sign::Protected, ..) => self.protected = true,
+                Expr::Power(_, n) => self.power |= *n > 2,
+                Expr::Register(_) => self.register = true,
+                Expr::Iter2(_) => self.iter2 = true,
+                _ => {}
+            }
+        }
+    }
+    let mut seen = Seen::default();
+    listing.clone().sweeps_mut().for_each(|sweep| sweep.visit(&mut seen));
+    let text = listing.to_string();
+    let mut notes = vec![
+        "The window moves one pixel at a time. y is the row of its centre, from the top; x-obstacle the column asked \
+         about; an operator's name its average over the window (-sq: of its squares). The answer is the last a."
+            .to_string(),
+    ];
+    if listing.sweeps().any(|sweep| sweep.column != Expr::XObstacle) {
+        notes.push("A column is rounded, and moved to where the window is inside the image.".to_string());
+    }
+    if text.contains("stop") {
+        notes.push("stop ends the sweep after this position; what is stored there counts.".to_string());
+    }
+    if seen.register {
+        notes.push(
+            "A register on the right has the value that the position before left, 0 at the first."
+                .to_string(),
+        );
+    } else {
+        notes.push("A register that nothing is stored in is 0.".to_string());
+    }
+    if seen.iter2 {
+        notes.push("iter2-… is a register of the first tree as it ended.".to_string());
+    }
+    if seen.protected {
+        notes.push("÷ is 1 where the divisor is 0.".to_string());
+    }
+    if seen.power {
+        notes.push("Each operation is rounded to binary32: x³ is x·x·x, x⁴ (x²)², x⁵ (x²)²·x.".to_string());
+    }
+    if text.contains('≰') || text.contains('≮') {
+        notes.push("≰ and ≮ hold also where a value is not a number.".to_string());
+    }
+    notes
+}
+
+/// What is used, line by line.
+pub fn uses(explanation: &Explanation) -> Vec<String> {
+    let uses = &explanation.uses;
+    let (nodes, live) = uses.nodes();
+    let more = if uses.complete { "" } else { " or more" };
+    let mut out = vec![format!(
+        "{live} of {nodes} nodes do anything; introns: {}{more} ({}). {} operations before the optimiser, {} after.",
+        nodes - live,
+        percent((nodes - live) as f64 / nodes.max(1) as f64),
+        uses.operations_before,
+        uses.operations,
+    )];
+    out.extend(uses.trees.iter().map(tree_uses));
+    out
+}
+
+fn tree_uses(tree: &TreeUses) -> String {
+    let list = |names: &[&str]| if names.is_empty() { "none".to_string() } else { names.join(", ") };
+    let name = if tree.tree == "only" { "the tree".to_string() } else { format!("{} tree", tree.tree) };
+    if tree.live == 0 {
+        return format!("{name}: {} nodes, none of which matters", tree.nodes);
+    }
+    let idle = |names: &[&str]| match names {
+        [] => String::new(),
+        names => format!(" (in the tree without effect: {})", names.join(", ")),
+    };
+    format!(
+        "{name}: {} of {} nodes; operators {}{}; registers stored {}, read {}{}",
+        tree.live,
+        tree.nodes,
+        list(&tree.operators),
+        idle(&tree.idle_operators),
+        list(&tree.stored),
+        list(&tree.read),
+        idle(&tree.idle_registers),
+    )
+}
+
+/// How the program does on the data.
+pub fn data(explanation: &Explanation) -> Option<String> {
+    let profile = explanation.profile.as_ref()?;
+    let share = percent(profile.correct as f64 / profile.cases.max(1) as f64);
+    Some(format!(
+        "{} on {}: {} of {} cases within {} rows",
+        share, profile.data, profile.correct, profile.cases, profile.tolerance
+    ))
+}
+
+/// How far each sweep goes.
+pub fn sweeps(explanation: &Explanation) -> Vec<String> {
+    let Some(profile) = &explanation.profile else { return Vec::new() };
+    let both = profile.sweeps.len() == 2;
+    let mut out = Vec::new();
+    for (i, (sweep, of)) in profile.sweeps.iter().zip(explanation.listing.sweeps()).enumerate() {
+        let name = if both { ["first tree", "second tree"][i] } else { "the tree" };
+        let mean = sweep.positions as f64 / profile.cases.max(1) as f64;
+        let mut line = format!("{name}: {mean:.1} positions in the mean");
+        if !of.stop_sites().is_empty() {
+            let _ = write!(line, "; a stop ends it in {} of {} cases", sweep.stopped, profile.cases);
+        }
+        out.push(line);
+        for (i, at) in lines_of_stops(explanation, i) {
+            let Quartiles { min, lower, median, upper, max } = at;
+            out.push(format!(
+                "stop in line {i}: at position {min:.0}, {lower:.0}, {median:.0}, {upper:.0}, {max:.0} \
+                 (least, quartiles, greatest)"
+            ));
+        }
+    }
+    out
+}
+
+/// The `stop`s of a sweep that fired, by line.
+fn lines_of_stops(explanation: &Explanation, number: usize) -> Vec<(usize, Quartiles)> {
+    let Some(profile) = &explanation.profile else { return Vec::new() };
+    let Some(sweep) = explanation.listing.sweeps().nth(number) else { return Vec::new() };
+    let stops = sweep.stop_sites();
+    let mut out = Vec::new();
+    for (i, line) in explanation.listing.lines().iter().enumerate().filter(|(_, l)| l.sweep == Some(number)) {
+        for site in line.sites.iter().filter(|site| stops.contains(site)) {
+            out.extend(profile.sweeps[number].sites[*site as usize].stops_at.map(|at| (i + 1, at)));
+        }
+    }
+    out
+}
+
+/// The table of contributions: a heading and rows of loss, fitness, line, part and what is in its place.
+pub fn contributions(explanation: &Explanation) -> Vec<[String; 5]> {
+    let mut rows = vec![["loss", "fitness", "line", "part", "in its place"].map(str::to_string)];
+    for c in explanation.contributions.iter().take(CONTRIBUTIONS) {
+        let part = match c.part.chars().count() {
+            n if n > PART => c.part.chars().take(PART - 1).chain(['…']).collect(),
+            _ => c.part.clone(),
+        };
+        rows.push([
+            format!("{:.1} %", 100.0 * c.loss),
+            format!("{:.1} %", 100.0 * c.fitness),
+            c.line.to_string(),
+            part,
+            c.without.clone(),
+        ]);
+    }
+    rows
+}
+
+fn more(explanation: &Explanation) -> String {
+    match explanation.contributions.len().saturating_sub(CONTRIBUTIONS) {
+        0 => String::new(),
+        n => format!("  and {n} more (`--json` has all)\n"),
+    }
+}

@@ -1,0 +1,120 @@
+//! What a program really uses of what it was evolved with.
+
+use serde::Serialize;
+use vsonar_ir::op::REGISTER_NAMES;
+use vsonar_ir::{Direction, Program};
+
+use super::listing::Listing;
+use super::reduce::Live;
+use crate::tree::{Individual, Node, Tree};
+
+/// What is used, tree by tree.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Uses {
+    /// The trees as evolved, in the order they run.
+    pub trees: Vec<TreeUses>,
+    /// Operations of the program before the optimiser, without what plainly nobody reads.
+    pub operations_before: usize,
+    /// Operations after it.
+    pub operations: usize,
+    /// Whether all nodes were tried; if not, more may be introns.
+    pub complete: bool,
+}
+
+/// One tree.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TreeUses {
+    /// `first` or `second`, or `only`.
+    pub tree: &'static str,
+    /// How many nodes it has.
+    pub nodes: usize,
+    /// How many of them do anything.
+    pub live: usize,
+    /// The image operators (with `-sq` for the average of squares) that the listing reads.
+    pub operators: Vec<&'static str>,
+    /// Those that stand in the tree, but make no difference.
+    pub idle_operators: Vec<&'static str>,
+    /// The registers that the listing stores.
+    pub stored: Vec<&'static str>,
+    /// Those that it reads at the next position.
+    pub read: Vec<&'static str>,
+    /// Those of the tree that make no difference.
+    pub idle_registers: Vec<&'static str>,
+    /// The window's width and height.
+    pub window: [u32; 2],
+    /// `up` or `down`.
+    pub direction: &'static str,
+}
+
+impl Uses {
+    pub(super) fn of(
+        individual: &Individual,
+        listing: &Listing,
+        program: &Program,
+        before: usize,
+        live: &Live,
+    ) -> Uses {
+        let two = individual.first().is_some();
+        let trees = individual.trees().enumerate().map(|(i, tree)| {
+            let first = two && i == 0;
+            let name = if !two { "only" } else { ["first", "second"][i] };
+            // Where the first tree's answer is passed on, its sweep may stand in the place of the second.
+            let sweep = if first { listing.first.as_ref() } else { Some(&listing.second) };
+            let operators: Vec<&str> =
+                sweep.map_or(Vec::new(), |s| s.operands().iter().map(|o| o.name()).collect());
+            let names = |used: [bool; 5]| -> Vec<&'static str> {
+                REGISTER_NAMES.into_iter().zip(used).filter(|(_, used)| *used).map(|(name, _)| name).collect()
+            };
+            let [stored, read] = sweep.map_or([[false; 5]; 2], super::listing::Sweep::registers);
+            let (stored, read) = (names(stored), names(read));
+            let idle_operators = own(tree, |node| match node {
+                Node::Image(operand) => Some(operand.name()),
+                _ => None,
+            });
+            let idle_registers = own(tree, |node| match node {
+                Node::Set(k) | Node::Read(k) => REGISTER_NAMES.get(usize::from(k)).copied(),
+                _ => None,
+            });
+            TreeUses {
+                tree: name,
+                nodes: tree.len(),
+                live: live.count(i),
+                idle_operators: without(idle_operators, &[&operators]),
+                idle_registers: without(idle_registers, &[&stored, &read]),
+                operators,
+                stored,
+                read,
+                window: [tree.rect().width(), tree.rect().height()],
+                direction: match tree.direction() {
+                    Direction::Up => "up",
+                    Direction::Down => "down",
+                },
+            }
+        });
+        Uses {
+            trees: trees.collect(),
+            operations_before: before,
+            operations: program.operations(),
+            complete: live.complete,
+        }
+    }
+
+    /// Nodes of all trees, and how many of them do anything.
+    pub fn nodes(&self) -> (usize, usize) {
+        let sum = |of: fn(&TreeUses) -> usize| self.trees.iter().map(of).sum();
+        (sum(|t| t.nodes), sum(|t| t.live))
+    }
+}
+
+/// What stands in a tree, each once, in order of name.
+fn own(tree: &Tree, of: impl Fn(Node) -> Option<&'static str>) -> Vec<&'static str> {
+    let mut names: Vec<&str> = tree.nodes().iter().filter_map(|&node| of(node)).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
+}
+
+fn without(mut names: Vec<&'static str>, used: &[&[&'static str]]) -> Vec<&'static str> {
+    names.retain(|name| !used.iter().any(|used| used.contains(name)));
+    names
+}

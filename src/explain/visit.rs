@@ -1,0 +1,179 @@
+//! Walking the values, statements and counted places of a listing.
+
+use vsonar_ir::Operand;
+
+use super::listing::{Cond, Expr, Site, Stmt, Sweep};
+
+/// Whoever walks a listing's statements in the order of the text, to number or to count.
+pub(super) trait Visitor {
+    /// A place that is counted.
+    fn site(&mut self, _site: &mut Site) {}
+    /// A value, after those that it is computed from.
+    fn expr(&mut self, _expr: &mut Expr) {}
+}
+
+pub(super) fn visit_block(block: &mut [Stmt], v: &mut impl Visitor) {
+    for stmt in block {
+        match stmt {
+            Stmt::Let(_, expr) => visit_expr(expr, v),
+            Stmt::LetCond(_, cond) => visit_cond(cond, v),
+            Stmt::Assign(site, _, expr) => {
+                v.site(site);
+                visit_expr(expr, v);
+            }
+            Stmt::Stop(site) => v.site(site),
+            Stmt::If(site, cond, then, or_else) => {
+                v.site(site);
+                visit_cond(cond, v);
+                visit_block(then, v);
+                visit_block(or_else, v);
+            }
+        }
+    }
+}
+
+pub(super) fn visit_expr(expr: &mut Expr, v: &mut impl Visitor) {
+    match expr {
+        Expr::Binary(_, a, b) => {
+            visit_expr(a, v);
+            visit_expr(b, v);
+        }
+        Expr::Power(a, _) => visit_expr(a, v),
+        Expr::Call(_, args) => args.iter_mut().for_each(|a| visit_expr(a, v)),
+        Expr::If(site, cond, a, b) => {
+            v.site(site);
+            visit_cond(cond, v);
+            visit_expr(a, v);
+            visit_expr(b, v);
+        }
+        _ => {}
+    }
+    v.expr(expr);
+}
+
+pub(super) fn visit_cond(cond: &mut Cond, v: &mut impl Visitor) {
+    match cond {
+        Cond::Compare(_, a, b) => {
+            visit_expr(a, v);
+            visit_expr(b, v);
+        }
+        Cond::Not(a) => visit_cond(a, v),
+        Cond::And(a, b) | Cond::Or(a, b) => {
+            visit_cond(a, v);
+            visit_cond(b, v);
+        }
+        Cond::First(_) | Cond::Name(_) => {}
+    }
+}
+
+impl Sweep {
+    /// Numbers the places that are counted in the order of the text; how many there are.
+    pub(super) fn number_sites(&mut self) -> Site {
+        struct Number(Site);
+        impl Visitor for Number {
+            fn site(&mut self, site: &mut Site) {
+                *site = self.0;
+                self.0 += 1;
+            }
+        }
+        let mut number = Number(0);
+        self.visit(&mut number);
+        number.0
+    }
+
+    /// Walks everything in the order of the text.
+    pub(super) fn visit(&mut self, v: &mut impl Visitor) {
+        visit_block(&mut self.before, v);
+        visit_expr(&mut self.column, v);
+        visit_block(&mut self.body, v);
+    }
+}
+
+impl Sweep {
+    /// The numbers of the choices, in the order of the text.
+    pub fn choice_sites(&self) -> Vec<Site> {
+        self.sites_of(|stmt| matches!(stmt, Stmt::If(..)), true)
+    }
+
+    /// The numbers of the `stop`s, in the order of the text.
+    pub fn stop_sites(&self) -> Vec<Site> {
+        self.sites_of(|stmt| matches!(stmt, Stmt::Stop(_)), false)
+    }
+
+    fn sites_of(&self, wanted: impl Fn(&Stmt) -> bool + Copy, with_values: bool) -> Vec<Site> {
+        fn block(stmts: &[Stmt], wanted: impl Fn(&Stmt) -> bool + Copy, out: &mut Vec<Site>) {
+            for stmt in stmts {
+                if let Stmt::Assign(site, ..) | Stmt::Stop(site) | Stmt::If(site, ..) = stmt
+                    && wanted(stmt)
+                {
+                    out.push(*site);
+                }
+                if let Stmt::If(_, _, then, or_else) = stmt {
+                    block(then, wanted, out);
+                    block(or_else, wanted, out);
+                }
+            }
+        }
+        struct Values(Vec<Site>);
+        impl Visitor for Values {
+            fn expr(&mut self, expr: &mut Expr) {
+                if let Expr::If(site, ..) = expr {
+                    self.0.push(*site);
+                }
+            }
+        }
+        let mut out = Vec::new();
+        block(&self.body, wanted, &mut out);
+        if with_values {
+            let mut values = Values(Vec::new());
+            self.clone().visit(&mut values);
+            out.extend(values.0);
+        }
+        out.sort_unstable();
+        out
+    }
+
+    /// The window averages that are read, each once, in the order of their numbers.
+    pub fn operands(&self) -> Vec<Operand> {
+        struct Used([bool; Operand::COUNT]);
+        impl Visitor for Used {
+            fn expr(&mut self, expr: &mut Expr) {
+                if let Expr::Window(operand) = expr {
+                    self.0[usize::from(operand.index())] = true;
+                }
+            }
+        }
+        let mut used = Used([false; Operand::COUNT]);
+        self.clone().visit(&mut used);
+        Operand::all().filter(|o| used.0[usize::from(o.index())]).collect()
+    }
+
+    /// Which registers are stored, and which are read, by number.
+    pub fn registers(&self) -> [[bool; 5]; 2] {
+        fn stored(stmts: &[Stmt], out: &mut [bool; 5]) {
+            for stmt in stmts {
+                match stmt {
+                    Stmt::Assign(_, k, _) => out[usize::from(*k)] = true,
+                    Stmt::If(_, _, then, or_else) => {
+                        stored(then, out);
+                        stored(or_else, out);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        struct Read([bool; 5]);
+        impl Visitor for Read {
+            fn expr(&mut self, expr: &mut Expr) {
+                if let Expr::Register(k) = expr {
+                    self.0[usize::from(*k)] = true;
+                }
+            }
+        }
+        let mut written = [false; 5];
+        stored(&self.body, &mut written);
+        let mut read = Read([false; 5]);
+        self.clone().visit(&mut read);
+        [written, read.0]
+    }
+}
