@@ -34,6 +34,8 @@ mod new_folder;
 mod output;
 mod part;
 mod program;
+mod report;
+mod report_data;
 mod run;
 mod run_columns;
 mod run_input;
@@ -64,6 +66,7 @@ Examples:
   vsonar sweep settings.toml                    compare settings over many seeds
   vsonar eval runs/photos-seed-1/best.gp --data photos
   vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
+  vsonar report runs/photos-seed-1              all of it as one page
   vsonar run runs/photos-seed-1/best.gp --input photos    its answers to a camera's frames
   vsonar drive runs/photos-seed-1/best.gp       on a simulated robot, until it hits something
   vsonar evolve --help                          the flags of a command, with examples
@@ -86,6 +89,7 @@ enum Command {
     Sweep(Box<sweep::Args>),
     Eval(Box<eval::Args>),
     Show(show::Args),
+    Report(Box<report::Args>),
     Run(Box<run::Args>),
     Drive(drive::Args),
     Ir(ir::Args),
@@ -112,6 +116,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Sweep(args) => sweep::run(*args),
         Command::Eval(args) => eval::run(*args),
         Command::Show(args) => show::run(args),
+        Command::Report(args) => report::run(*args),
         Command::Run(args) => run::run(*args),
         Command::Drive(args) => drive::run(args),
         Command::Ir(args) => ir::run(args),

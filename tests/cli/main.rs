@@ -17,6 +17,7 @@ mod kill;
 mod live;
 mod other;
 mod parts;
+mod report;
 mod run;
 mod runs;
 mod show;
