@@ -33,6 +33,14 @@ pub(super) enum Ink {
     Series(u8),
 }
 
+/// The form of a dot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Marker {
+    Disc,
+    Triangle,
+    Square,
+}
+
 /// Series that have colours and dashes of their own.
 pub(super) const SERIES: u8 = 6;
 
@@ -51,6 +59,15 @@ impl Ink {
             Ink::Text => "ink".to_string(),
             Ink::Grid => "grid".to_string(),
             Ink::Series(number) => format!("s{}", number % SERIES),
+        }
+    }
+
+    /// The form of its dots, so that series differ not by colour alone.
+    pub(super) fn marker(self) -> Marker {
+        match self {
+            Ink::Series(1 | 4) => Marker::Triangle,
+            Ink::Series(2 | 5) => Marker::Square,
+            _ => Marker::Disc,
         }
     }
 
@@ -103,7 +120,11 @@ impl Unit {
                 // Ticks are round numbers, but for the last bits.
                 let text = format!("{value:.3}");
                 let text = text.trim_end_matches('0').trim_end_matches('.');
-                if text == "-0" { "0".to_string() } else { text.to_string() }
+                match text {
+                    "-0" => "0".to_string(),
+                    _ if value.fract() == 0.0 && value.abs() >= 1e3 => super::parts::grouped(value),
+                    _ => text.to_string(),
+                }
             }
         }
     }
@@ -241,8 +262,23 @@ impl Plot {
                     }
                 }
                 Shape::Dots(points, radius) => {
-                    let dots = finite(points).into_iter().map(|at| Circle::new(at, *radius, colour.filled()));
-                    chart.draw_series(dots)?;
+                    let (points, radius) = (finite(points).into_iter(), *radius as i32);
+                    match series.ink.marker() {
+                        Marker::Disc => {
+                            chart.draw_series(points.map(|at| Circle::new(at, radius, colour.filled())))?;
+                        }
+                        Marker::Triangle => {
+                            let size = radius + 2;
+                            chart.draw_series(
+                                points.map(|at| TriangleMarker::new(at, size, colour.filled())),
+                            )?;
+                        }
+                        Marker::Square => {
+                            let corners = [(-radius, -radius), (radius, radius)];
+                            let square = || Rectangle::new(corners, colour.filled());
+                            chart.draw_series(points.map(|at| EmptyElement::at(at) + square()))?;
+                        }
+                    }
                 }
                 Shape::Rings(points) => {
                     let rings = finite(points).into_iter();
@@ -307,8 +343,8 @@ mod tests {
         assert_eq!(axis(true, &[]), 0.0..1.04);
         assert_eq!(axis(true, &[50.0]), 0.0..52.0);
         assert_eq!(axis(false, &[5.0, 5.0]), 2.5..7.5);
-        let formats = [Unit::Plain.format(2.5), Unit::Plain.format(-0.0), Unit::Percent.format(0.2)];
-        assert_eq!(formats, ["2.5", "0", "20 %"]);
+        assert_eq!([2.5, -0.0, 4000.0].map(|value| Unit::Plain.format(value)), ["2.5", "0", "4,000"]);
+        assert_eq!(Unit::Percent.format(0.2), "20 %");
         let named = Axis::named("", vec!["a".into(), "b".into()]);
         assert_eq!([0.0, 0.5, 1.0, -0.5].map(|at| named.text(at)), ["a", "", "b", ""]);
     }

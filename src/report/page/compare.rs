@@ -9,10 +9,13 @@ use super::chart::{Axis, Ink, Plot, PlotError, Series, Shape, Unit};
 use super::curves;
 use super::folder::flat;
 use super::model::{Comparison, Pair, Part, Report, Run, Setting};
-use super::parts::{Figure, Table, duration, none, number, percent, quartiles, rows};
+use super::parts::{Figure, Table, count, duration, none, number, percent, quartiles, rows};
 use super::sections;
 use crate::evolve::{Record, Settings};
 use crate::statistics::{Quartiles, a12, holm, rank_sum};
+
+/// Runs that are shown in brief, at most, so that the page stays small.
+const BRIEFS: usize = 40;
 
 impl Comparison {
     /// Compares runs. `settings` are theirs, in the same order. Runs of the same settings but for the seed, on the same
@@ -70,6 +73,11 @@ fn pairs(settings: &[Setting], runs: &[Run], part: Part) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for first in 0..settings.len() {
         for second in first + 1..settings.len() {
+            // Scores on different images tell nothing of settings.
+            let data = |setting: usize| settings[setting].runs.first().map(|&run| &runs[run].data);
+            if data(first) != data(second) {
+                continue;
+            }
             let [a, b] = [first, second].map(|setting| scores(&settings[setting], runs, part));
             if let (Some(effect), Some(p)) = (a12(&a, &b), rank_sum(&a, &b)) {
                 pairs.push(Pair { first, second, a12: effect.0, p, corrected: p });
@@ -172,10 +180,11 @@ fn spread(settings: &[Setting], runs: &[Run]) -> Result<Markup, PlotError> {
         .into_iter()
         .filter(|&part| settings.iter().any(|setting| !scores(setting, runs, part).is_empty()))
         .collect();
+    let is_long = |setting: &Setting| setting.name.chars().count() > 14;
     let names = settings
         .iter()
         .enumerate()
-        .map(|(i, s)| if s.name.chars().count() > 14 { (i + 1).to_string() } else { s.name.clone() });
+        .map(|(i, s)| if is_long(s) { (i + 1).to_string() } else { s.name.clone() });
     let place = |i: usize, part: usize| i as f64 + 0.25 * (part as f64 - (parts.len() as f64 - 1.0) / 2.0);
     let mut series = Vec::new();
     let mut numbers = Table::new("Each winner", &["setting", "part", "fitness"]);
@@ -200,16 +209,13 @@ fn spread(settings: &[Setting], runs: &[Run]) -> Result<Markup, PlotError> {
     let values = settings.iter().flat_map(|s| parts.iter().flat_map(|&part| scores(s, runs, part)));
     let y = Axis::around("cases solved", Unit::Percent, false, values);
     let plot = Plot { x: Axis::named("setting", names.collect()), y, series };
-    let description =
-        "Each dot is the winner of a run: from left to right in training, in validation, held out.";
-    Figure {
-        id: "c-spread".to_string(),
-        title: "Winners",
-        description: description.to_string(),
-        plot,
-        numbers,
+    let mut description =
+        "Each dot is the winner of a run: from left to right in training, in validation, held out."
+            .to_string();
+    for (i, setting) in settings.iter().enumerate().filter(|(_, setting)| is_long(setting)) {
+        description += &format!(" {}: {}.", i + 1, setting.name);
     }
-    .html()
+    Figure { id: "c-spread".to_string(), title: "Winners", description, plot, numbers }.html()
 }
 
 /// The table of the settings.
@@ -311,9 +317,37 @@ pub(super) fn page(
     let repeat: Vec<_> = runs.iter().flat_map(|run| run.commands.iter().take(1).cloned()).collect();
     all.push(("commands", "To repeat it all", sections::commands(&repeat, report.command.as_deref())));
     Ok(html! {
-        header { h1 { (report.title) } }
+        header { h1 { (report.title) } (about(runs, comparison)) }
         (super::sections(all))
     })
+}
+
+/// The data, and what went wrong with runs.
+fn about(runs: &[Run], comparison: Option<&Comparison>) -> Markup {
+    let mut data: Vec<&str> = runs.iter().map(|run| run.data.as_str()).collect();
+    data.sort_unstable();
+    data.dedup();
+    let settings = comparison.map_or(0, |comparison| comparison.settings.len());
+    let collapsed: Vec<&Run> = runs.iter().filter(|run| run.warning.is_some()).collect();
+    let mut missing: Vec<&String> = runs.iter().flat_map(|run| &run.missing).collect();
+    missing.sort_unstable();
+    missing.dedup();
+    let unfinished = runs.iter().filter(|run| !run.is_complete()).count();
+    html! {
+        dl.facts {
+            dt { "Data" } @for data in data { dd { (data) } }
+            dt { "Runs" } dd { (count(runs.len(), "run")) " of " (count(settings, "setting")) }
+        }
+        @if let Some(first) = collapsed.first() { p.note {
+            strong { (collapsed.len()) " of " (count(runs.len(), "run")) " ended collapsed: " }
+            @for (i, run) in collapsed.iter().enumerate() { @if i > 0 { ", " } (run.folder) }
+            @if let Some(warning) = &first.warning { ". Of the first: " (warning) }
+        } }
+        @if unfinished > 0 { p.note {
+            "Not complete, so that their held-out images are left alone: " (count(unfinished, "run")) "."
+        } }
+        @for missing in missing { p.note { (missing) } }
+    }
 }
 
 fn overview(runs: &[Run]) -> Table {
@@ -339,6 +373,11 @@ fn overview(runs: &[Run]) -> Table {
 }
 
 fn briefs(runs: &[Run]) -> Result<Markup, PlotError> {
+    if runs.len() > BRIEFS {
+        return Ok(html! { p.soft {
+            "Of more than " (BRIEFS) " runs the page shows no details; `vsonar report` makes a page for each."
+        } });
+    }
     Ok(html! { @for (i, run) in runs.iter().enumerate() {
         details {
             summary { (run.folder) ", seed " (run.seed) }

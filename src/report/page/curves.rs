@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::chart::{Axis, Ink, Plot, PlotError, Series, Shape, Unit};
 use super::model::Run;
-use super::parts::{Figure, Table, duration, grouped, maybe, number, percent, rows, thinned};
+use super::parts::{Figure, Table, count, duration, grouped, maybe, number, percent, rows, thinned};
 use crate::evolve::Record;
 
 /// Bars of a plot of time, at most.
@@ -158,9 +158,18 @@ pub(super) fn life(run: &Run, prefix: &str) -> Result<Markup, PlotError> {
     let nobody = last.solved_by_nobody.map(|cases| {
         let hardest = last.hardest_case.as_ref();
         let hardest = hardest.map_or(String::new(), |hardest| {
-            format!(" The hardest case, number {}, is solved by {} of them.", hardest.case, hardest.solvers)
+            format!(
+                " The hardest, case {}, is solved by {}.",
+                hardest.case,
+                count(hardest.solvers as usize, "individual")
+            )
         });
-        format!("In the last generation {cases} training cases are solved by nobody.{hardest}")
+        let nobody = match cases {
+            0 => "In the last generation every training case is solved by somebody.".to_string(),
+            1 => "In the last generation one training case is solved by nobody.".to_string(),
+            _ => format!("In the last generation {cases} training cases are solved by nobody."),
+        };
+        nobody + &hardest
     });
     Ok(html! {
         @if let Some(nobody) = nobody { p { (nobody) } }

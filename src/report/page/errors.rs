@@ -73,21 +73,28 @@ fn weakest(groups: &[Group]) -> String {
 
 fn histogram(errors: &Histogram) -> Result<Markup, PlotError> {
     let half = 0.46 * errors.width;
-    let bars = errors.bins.iter().map(|&(at, n)| (at - half, at + half, 0.0, n as f64)).collect();
+    // The middle bar is cut off where it would leave no room for the others.
+    let is_middle = |at: f64| at.abs() < half;
+    let others = errors.bins.iter().filter(|bin| !is_middle(bin.0)).map(|bin| bin.1).max().unwrap_or(0);
+    let middle = errors.bins.iter().find(|bin| is_middle(bin.0)).map_or(0, |bin| bin.1);
+    let most = if others == 0 { middle } else { middle.max(others).min((3 * others).max(8)) };
+    let bars = errors.bins.iter().map(|&(at, n)| (at - half, at + half, 0.0, n.min(most) as f64)).collect();
     let mut numbers =
         Table::new("Answers by error; the first and the last row hold all beyond", &["rows", "answers"]);
     errors.bins.iter().for_each(|&(at, n)| numbers.row([number(at), n.to_string()]));
     let rows = |value: Option<f64>| value.map_or_else(none, |value| format!("{value:.1} rows"));
+    let cut = if middle > most { ", and is cut off" } else { "" };
     let description = format!(
         "Answer less label: right of 0 the obstacle is seen too near, left of it too far. The median is {}, that of the \
-         magnitudes {}. The middle bar holds what counts as correct.",
+         magnitudes {}. The middle bar, {}, holds what counts as correct{cut}.",
         rows(errors.median),
-        rows(errors.median_magnitude)
+        rows(errors.median_magnitude),
+        count(middle, "answer")
     );
     let end = errors.bins.last().map_or(1.0, |bin| bin.0) + errors.width;
     let plot = Plot {
         x: Axis { label: "rows".to_string(), unit: Unit::Plain, range: -end..end, names: Vec::new() },
-        y: Axis::around("answers", Unit::Plain, true, errors.bins.iter().map(|bin| bin.1 as f64)),
+        y: Axis::around("answers", Unit::Plain, true, std::iter::once(most as f64)),
         series: vec![Series { name: None, ink: Ink::Series(0), shape: Shape::Bars(bars) }],
     };
     Figure { id: "e-errors".to_string(), title: "Signed errors", description, plot, numbers }.html()

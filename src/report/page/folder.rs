@@ -160,7 +160,7 @@ impl Program {
             }
         }
         Program {
-            text: format!("{individual:#}"),
+            text: individual.to_string(),
             nodes: individual.len(),
             depth: individual.depth(),
             operators,

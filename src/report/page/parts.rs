@@ -2,7 +2,7 @@
 
 use maud::{Markup, PreEscaped, html};
 
-use super::chart::{Ink, Plot, PlotError, Shape};
+use super::chart::{Ink, Marker, Plot, PlotError, Shape};
 use crate::statistics::Quartiles;
 
 /// Rows of the numbers under a plot, at most; of more, every so manieth.
@@ -37,9 +37,9 @@ impl Table {
     pub(super) fn html(&self) -> Markup {
         let class = |i: usize| self.words.contains(&i).then_some("text");
         html! {
+            p.caption { (self.caption) }
             div.scroll tabindex="0" role="group" aria-label=(self.caption) {
-                table {
-                    caption { (self.caption) }
+                table aria-label=(self.caption) {
                     thead { tr { @for (i, heading) in self.headings.iter().enumerate() {
                         th scope="col" class=[class(i)] { (heading) }
                     } } }
@@ -105,7 +105,11 @@ fn swatch(ink: Ink, shape: &Shape) -> Markup {
             @match shape {
                 Shape::Line(_) => line x1="0" y1="5" x2="30" y2="5" stroke-width="2.5" class=(of("l")) {},
                 Shape::Band(_) => rect x="0" y="0" width="30" height="10" opacity="0.3" class=(of("f")) {},
-                Shape::Dots(..) => circle cx="15" cy="5" r="4" class=(of("f")) {},
+                Shape::Dots(..) => { @match ink.marker() {
+                    Marker::Disc => circle cx="15" cy="5" r="4" class=(of("f")) {},
+                    Marker::Triangle => path d="M15 0 L20 9 L10 9 Z" class=(of("f")) {},
+                    Marker::Square => rect x="11" y="1" width="8" height="8" class=(of("f")) {},
+                } }
                 Shape::Rings(_) => circle cx="15" cy="5" r="4" fill="none" stroke-width="2" class=(of("l")) {},
                 Shape::Bars(_) => rect x="8" y="0" width="14" height="10" class=(of("f")) {},
             }
