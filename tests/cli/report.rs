@@ -188,7 +188,7 @@ fn without_the_data_there_is_what_the_folder_tells() {
     let page = place.read("run/report.html");
     let all = elements(&page);
     assert_eq!(all.iter().filter(|e| e.name == "img").count(), 0);
-    assert!(page.contains("the data cannot be had") && page.contains("labels.csv"), "{page}");
+    assert!(page.contains("the data cannot be had") && page.contains("/data has 1 fault"), "{page}");
     assert!(all.iter().any(|e| e.get("id") == Some("g-fitness-t")), "the curves are there");
     // Told where they are now, it has all.
     let found = json(&place, &["run", "--data", "moved", "--no-rivals"]);

@@ -16,6 +16,8 @@ use crate::statistics::{Quartiles, a12, holm, rank_sum};
 
 /// Runs that are shown in brief, at most, so that the page stays small.
 const BRIEFS: usize = 40;
+/// Differences between settings that are shown without being asked for, at most.
+const DIFFERENCES: usize = 12;
 
 impl Comparison {
     /// Compares runs. `settings` are theirs, in the same order. Runs of the same settings but for the seed, on the same
@@ -43,6 +45,10 @@ impl Comparison {
         names.retain(|name| {
             groups.iter().any(|(first, _)| value(&keys[*first], name) != value(&keys[0], name))
         });
+        // Presets are the shortest names, where they tell all settings apart.
+        let preset = |i: usize| runs[groups[i].0].preset;
+        let presets: std::collections::BTreeSet<&str> = (0..groups.len()).map(preset).collect();
+        let by_preset = presets.len() == groups.len();
         let setting = |(number, (first, members)): (usize, (usize, Vec<usize>))| {
             let values: Vec<(String, String)> =
                 names.iter().map(|name| (name.to_string(), value(&keys[first], name))).collect();
@@ -50,11 +56,12 @@ impl Comparison {
             let name = match &words[..] {
                 [] => "all runs".to_string(),
                 [one] if one.len() < 50 => one.replace("data = ", ""),
+                _ if by_preset => runs[first].preset.to_string(),
                 _ => format!("setting {}", number + 1),
             };
             Setting::of(name, values, members, runs)
         };
-        let settings: Vec<Setting> = groups.into_iter().enumerate().map(setting).collect();
+        let settings: Vec<Setting> = groups.iter().cloned().enumerate().map(setting).collect();
         let parts = [Part::Holdout, Part::Validation, Part::Training];
         let everywhere = |part: &Part| runs.iter().all(|run| run.scores.iter().any(|s| s.part == *part));
         let part = parts.into_iter().find(everywhere).filter(|_| settings.len() > 1);
@@ -275,16 +282,19 @@ fn pairs_table(comparison: &Comparison, part: Part) -> Table {
 }
 
 /// What differs, setting by setting.
-fn differences(settings: &[Setting]) -> Table {
+fn differences(settings: &[Setting]) -> Markup {
     let names: Vec<&str> =
         std::iter::once("setting").chain(settings.iter().map(|s| s.name.as_str())).collect();
     let mut table = Table::new("What differs", &names);
-    let Some(first) = settings.first() else { return table };
-    for i in 0..first.values.len() {
+    let values = settings.first().map_or(&[][..], |first| &first.values);
+    for (i, (name, _)) in values.iter().enumerate() {
         let cells = settings.iter().map(|setting| setting.values[i].1.clone());
-        table.row(std::iter::once(first.values[i].0.clone()).chain(cells));
+        table.row(std::iter::once(name.clone()).chain(cells));
     }
-    table
+    if values.len() > DIFFERENCES {
+        return table.folded(&format!("What differs: {}", count(values.len(), "setting")));
+    }
+    table.html()
 }
 
 /// The page on several runs.
@@ -298,7 +308,7 @@ pub(super) fn page(
         let settings = &comparison.settings;
         all.push(("result", "Result", html! {
             (table(settings, runs).html())
-            @if settings.len() > 1 { (differences(settings).html()) }
+            @if settings.len() > 1 { (differences(settings)) }
             @if let Some(part) = comparison.part { @if !comparison.pairs.is_empty() { (pairs_table(comparison, part).html()) } }
         }));
         let shares = || Some(Axis::shares("cases solved"));

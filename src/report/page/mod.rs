@@ -69,7 +69,13 @@ pub fn html(report: &Report) -> Result<String, PlotError> {
             body { (content) }
         }
     };
-    Ok(page.into_string())
+    // Names of files may hold what no page may.
+    let allowed = |c: char| !c.is_control() || c == '\n' || c == '\t';
+    let page = page.into_string();
+    Ok(match page.chars().all(allowed) {
+        true => page,
+        false => page.chars().map(|c| if allowed(c) { c } else { char::REPLACEMENT_CHARACTER }).collect(),
+    })
 }
 
 /// Sections with a list of them above.

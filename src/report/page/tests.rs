@@ -100,6 +100,16 @@ fn a_run_that_goes_on_is_shown_from_its_records_alone() {
     }
 }
 
+#[test]
+fn no_control_character_comes_into_the_page() {
+    let mut run = progress(1);
+    run.name = "a\u{1b}[31m\u{0}b".to_string();
+    run.folder = run.name.clone();
+    let page = page(run);
+    assert!(page.contains("a\u{fffd}[31m\u{fffd}b"));
+    assert!(page.chars().all(|c| !c.is_control() || c == '\n'), "none");
+}
+
 /// A long run's page does not grow with it beyond what can be read.
 #[test]
 fn long_runs_are_thinned() {
