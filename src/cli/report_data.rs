@@ -92,6 +92,8 @@ impl Data {
         let generations = run.records.len() as u32;
         let next = summary::next(&source, &loaded.cases, settings, generations, folder);
         run.commands.extend(next.iter().map(|line| as_command(line)));
+        let rivals = format!("vsonar eval {} --against all    # the table of the rivals", shell_word(folder));
+        run.commands.insert(1, as_command(&rivals));
         evaluate(run, folder, &source, loaded, wanted)
     }
 }
