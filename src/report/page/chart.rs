@@ -223,8 +223,8 @@ impl Plot {
         let mut chart = ChartBuilder::on(area)
             .margin(6)
             .margin_right(14)
-            .x_label_area_size(40)
-            .y_label_area_size(58)
+            .x_label_area_size(46)
+            .y_label_area_size(70)
             .build_cartesian_2d(self.x.range.clone(), self.y.range.clone())?;
         let font = |size: u32| ("sans-serif", size).into_font().color(&Ink::Text.colour());
         let (x, y) = (|value: &f64| self.x.text(*value), |value: &f64| self.y.text(*value));

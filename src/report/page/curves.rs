@@ -263,7 +263,7 @@ pub(super) fn time(run: &Run, prefix: &str) -> Result<Markup, PlotError> {
     Ok(html! {
         div.plots {
             (Figure { id: format!("{prefix}time"), title: "Time of a generation", description, plot, numbers }.html()?)
-            (total.html())
+            div { (total.html()) }
         }
     })
 }

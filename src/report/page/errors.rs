@@ -34,7 +34,7 @@ fn bars(
     id: &str,
     title: &str,
     description: String,
-    axis: &str,
+    (axis, first): (&str, &str),
     groups: &[Group],
 ) -> Result<Markup, PlotError> {
     let bar =
@@ -47,10 +47,11 @@ fn bars(
         shape: Shape::Bars(bars),
     };
     // Of many names every so manieth is written.
-    let step = groups.len().div_ceil(8).max(1);
+    let step = groups.len().div_ceil(10).max(1);
     let short = |(i, g): (usize, &Group)| {
-        let name =
-            g.name.replace(" and more", "+").replace(" rows", "").replace(" m", "").replace(" to ", "–");
+        // A stretch is known by where it begins.
+        let (from, _) = g.name.split_once(" to ").unwrap_or((&g.name, ""));
+        let name = from.replace(" m and more", "").replace(" in view", "");
         if i % step == 0 { name } else { String::new() }
     };
     let names = groups.iter().enumerate().map(short).collect();
@@ -62,13 +63,13 @@ fn bars(
             series("best constants", 4, constant.collect()),
         ],
     };
-    let numbers = table(title, axis, groups.iter());
+    let numbers = table(title, first, groups.iter());
     Figure { id: id.to_string(), title, description, plot, numbers }.html()
 }
 
-fn weakest(groups: &[Group]) -> String {
+fn weakest(kind: &str, groups: &[Group]) -> String {
     let weakest = groups.iter().min_by(|a, b| a.tally.fitness().total_cmp(&b.tally.fitness()));
-    weakest.map_or(String::new(), |g| format!("Weakest: {}, {}.", g.name, percent(g.tally.fitness())))
+    weakest.map_or(String::new(), |g| format!("Weakest: {kind}{}, {}.", g.name, percent(g.tally.fitness())))
 }
 
 fn histogram(errors: &Histogram) -> Result<Markup, PlotError> {
@@ -103,8 +104,8 @@ fn histogram(errors: &Histogram) -> Result<Markup, PlotError> {
 /// Errors by column, distance and image.
 pub(super) fn tables(answers: &Answers) -> Result<Markup, PlotError> {
     let (axis, title) = match answers.measure {
-        Measure::Metres => ("distance of the obstacle in metres", "By distance"),
-        Measure::Rows => ("rows above the lower border", "By distance, in rows"),
+        Measure::Metres => ("distance of the obstacle: so many metres and more", "By distance"),
+        Measure::Rows => ("rows above the lower border: so many and more", "By distance, in rows"),
     };
     let wrong: Vec<&Group> = answers.images.iter().filter(|g| g.tally.correct < g.tally.cases).collect();
     let images = "image";
@@ -115,8 +116,8 @@ pub(super) fn tables(answers: &Answers) -> Result<Markup, PlotError> {
             (answers.all.too_far) " too far, " (answers.all.not_finite) " no finite number."
         }
         div.plots {
-            (bars("e-columns", "By column", weakest(&answers.columns), "column", &answers.columns)?)
-            (bars("e-distances", title, weakest(&answers.distances), axis, &answers.distances)?)
+            (bars("e-columns", "By column", weakest("column ", &answers.columns), ("column", "column"), &answers.columns)?)
+            (bars("e-distances", title, weakest("", &answers.distances), (axis, "distance"), &answers.distances)?)
             (histogram(&answers.errors)?)
         }
         h3 { "By image" }
