@@ -25,6 +25,7 @@
 mod answers;
 mod chart;
 mod compare;
+mod comparison;
 mod curves;
 mod errors;
 mod folder;
