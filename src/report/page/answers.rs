@@ -144,7 +144,9 @@ impl Histogram {
             .collect();
         let mut counts = vec![0usize; (2 * BINS + 1) as usize];
         for error in &errors {
-            let bin = ((error / width).round() as i64).clamp(-BINS, BINS);
+            // By the rule of a correct answer, so that the middle bin holds just those.
+            let beyond = ((error.abs() - tolerance).max(0.0) / width).ceil().min(BINS as f64) as i64;
+            let bin = if *error < 0.0 { -beyond } else { beyond };
             counts[(bin + BINS) as usize] += 1;
         }
         let middle = |numbers: &mut Vec<f64>| {
@@ -249,6 +251,9 @@ mod tests {
             assert_eq!((found.errors.median, found.errors.median_magnitude), (Some(0.0), Some(39.0)));
             assert_eq!(found.pictures.len(), 4);
         }
+        let edges = looked(&set, &[10.0, 20.0, 130.5, 208.9], None).errors;
+        let there: Vec<_> = edges.bins.iter().filter(|bin| bin.1 > 0).copied().collect();
+        assert_eq!(there, [(-40.0, 1), (0.0, 2), (20.0, 1)], "the middle bin holds what is correct");
         let metres = looked(&set, &[0.0; 4], Some(&camera));
         assert_eq!(metres.measure, Measure::Metres);
         assert_eq!(metres.distances.last().map(|g| g.name.as_str()), Some("none in view"));
