@@ -10,6 +10,7 @@ use vsonar::dataset::{Constants, Dataset, Transience};
 use vsonar::detector::{CompiledDetector, SequenceDetector};
 use vsonar::evolve::{CaseBits, is_correct};
 use vsonar::exec::Executor;
+use vsonar::report::page;
 use vsonar::tree::Individual;
 
 use super::CliError;
@@ -116,6 +117,26 @@ pub(super) fn run(comparison: &Comparison, rivals: &Rivals, json: bool) -> Resul
     }
     let report = report(comparison, rivals)?;
     if json { output::print_json(&report) } else { output::print(&text(&report)) }
+}
+
+/// All rivals beside the program, for a page; the test images are this part of the data.
+pub(super) fn for_page(comparison: &Comparison, part: page::Part) -> Result<page::Rivals, CliError> {
+    let report = report(comparison, &Rivals(Rival::ALL.to_vec()))?;
+    let row = |row: Row| {
+        let transience = row.test.transience.as_ref();
+        page::Rival {
+            name: row.detector.to_string(),
+            source: row.source.map(str::to_string),
+            tuned: row.tuned,
+            train: row.training.fitness,
+            test: row.test.fitness,
+            interval: row.test.interval,
+            median: transience.map(|t| t.median_fitness),
+            single: transience.and_then(|t| t.single_of_errors),
+            microseconds: row.microseconds,
+        }
+    };
+    Ok(page::Rivals { part, rows: report.detectors.into_iter().map(row).collect() })
 }
 
 fn report(comparison: &Comparison, rivals: &Rivals) -> Result<Report, CliError> {

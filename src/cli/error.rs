@@ -42,6 +42,16 @@ impl CliError {
         }
     }
 
+    /// What went wrong, in words.
+    pub(crate) fn words(&self) -> String {
+        match self {
+            CliError::Usage(text) | CliError::Failed(text) | CliError::Interrupted(text) => {
+                text.trim_end().to_string()
+            }
+            CliError::Negative | CliError::Closed => String::new(),
+        }
+    }
+
     /// Tells the user, and gives the exit code.
     pub(crate) fn report(self) -> ExitCode {
         let (text, code) = match self {

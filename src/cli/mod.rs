@@ -36,6 +36,8 @@ mod new_folder;
 mod output;
 mod part;
 mod program;
+mod report;
+mod report_data;
 mod run;
 mod run_columns;
 mod run_input;
@@ -68,6 +70,7 @@ Examples:
   vsonar eval runs/photos-seed-1/best.gp --data photos
   vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
   vsonar explain runs/photos-seed-1              what the program does, in readable form
+  vsonar report runs/photos-seed-1              all of it as one page
   vsonar run runs/photos-seed-1/best.gp --input photos    its answers to a camera's frames
   vsonar drive runs/photos-seed-1/best.gp       on a simulated robot, until it hits something
   vsonar evolve --help                          the flags of a command, with examples
@@ -91,6 +94,7 @@ enum Command {
     Eval(Box<eval::Args>),
     Show(show::Args),
     Explain(Box<explain::Args>),
+    Report(Box<report::Args>),
     Run(Box<run::Args>),
     Drive(drive::Args),
     Ir(ir::Args),
@@ -119,6 +123,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Eval(args) => eval::run(*args),
         Command::Show(args) => show::run(args),
         Command::Explain(args) => explain::run(*args),
+        Command::Report(args) => report::run(*args),
         Command::Run(args) => run::run(*args),
         Command::Drive(args) => drive::run(args),
         Command::Ir(args) => ir::run(args),

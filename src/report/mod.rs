@@ -3,7 +3,8 @@
 //! A picture shows one image as the paper's Figures 1 and 2 do: in each column a white bar over what the
 //! detector takes for ground and a black one over what it takes for an obstacle, and a cross at the ideal answer
 //! ([`draw`] tells the rules); a contact sheet shows many of them, with captions; an [`Overlay`] draws the same over
-//! the frames of a camera. All are plain images in memory; whoever asked for them writes them.
+//! the frames of a camera. All are plain images in memory; whoever asked for them writes them. A [`page`] tells all of a
+//! run, or of several.
 //!
 //! ```
 //! use image::{GrayImage, Luma, Rgb};
@@ -27,6 +28,7 @@
 mod canvas;
 pub(crate) mod font;
 mod overlay;
+pub mod page;
 mod picture;
 mod sheet;
 #[cfg(test)]

@@ -18,6 +18,7 @@ mod kill;
 mod live;
 mod other;
 mod parts;
+mod report;
 mod run;
 mod runs;
 mod show;

@@ -1,0 +1,283 @@
+//! The page on several runs: how they compare, then each run in brief.
+
+use maud::{Markup, html};
+
+use super::Section;
+use super::chart::{Axis, Ink, Plot, PlotError, Series, Shape, Unit};
+use super::comparison::scores;
+use super::curves;
+use super::model::{Comparison, Part, Report, Run, Setting};
+use super::parts::{Figure, Table, count, duration, none, number, percent, quartiles, rows};
+use super::sections;
+use crate::statistics::Quartiles;
+
+/// Runs that are shown in brief, at most, so that the page stays small.
+const BRIEFS: usize = 40;
+/// Differences between settings that are shown without being asked for, at most.
+const DIFFERENCES: usize = 12;
+
+/// A line of medians in a band of quartiles for each setting.
+fn medians(
+    id: &str,
+    title: &str,
+    y: Option<Axis>,
+    label: &str,
+    settings: &[Setting],
+    of: fn(&Setting) -> &Vec<Quartiles>,
+) -> Result<Markup, PlotError> {
+    let longest = settings.iter().map(|setting| of(setting).len()).max().unwrap_or(0);
+    let all = settings.iter().flat_map(|setting| of(setting).iter().map(|q| q.upper));
+    let shares = y.is_some();
+    let y = y.unwrap_or_else(|| Axis::around(label, Unit::Plain, true, all));
+    let mut series = Vec::new();
+    for (i, setting) in settings.iter().enumerate() {
+        let ink = Ink::Series((i % usize::from(super::chart::SERIES)) as u8);
+        let points = || of(setting).iter().enumerate().map(|(x, q)| (x as f64, q));
+        let band = points().map(|(x, q)| (x, q.lower, q.upper)).collect();
+        series.push(Series { name: None, ink, shape: Shape::Band(band) });
+        let line = points().map(|(x, q)| (x, q.median)).collect();
+        series.push(Series { name: Some(setting.name.clone()), ink, shape: Shape::Line(line) });
+    }
+    let headings: Vec<&str> =
+        std::iter::once("generation").chain(settings.iter().map(|setting| setting.name.as_str())).collect();
+    let mut numbers = Table::new("Median (quartiles)", &headings);
+    for i in rows(longest) {
+        let cell = |setting: &Setting| match of(setting).get(i) {
+            Some(q) if shares => quartiles(q),
+            Some(q) => format!("{} ({} to {})", number(q.median), number(q.lower), number(q.upper)),
+            None => none(),
+        };
+        numbers.row(std::iter::once(i.to_string()).chain(settings.iter().map(cell)));
+    }
+    let end = |setting: &Setting| {
+        let last = of(setting).last()?;
+        let median = if shares { percent(last.median) } else { number(last.median) };
+        Some(format!("{} {median}", setting.name))
+    };
+    let ends: Vec<String> = settings.iter().filter_map(end).collect();
+    let description = format!(
+        "Lines: medians; bands: from the lower to the upper quartile. At the end: {}.",
+        ends.join("; ")
+    );
+    let plot = Plot { x: Axis::generations(longest), y, series };
+    Figure { id: id.to_string(), title, description, plot, numbers }.html()
+}
+
+/// Every run's winner on each part, one column of dots a setting.
+fn spread(settings: &[Setting], runs: &[Run]) -> Result<Markup, PlotError> {
+    let parts: Vec<Part> = [Part::Training, Part::Validation, Part::Holdout]
+        .into_iter()
+        .filter(|&part| settings.iter().any(|setting| !scores(setting, runs, part).is_empty()))
+        .collect();
+    let is_long = |setting: &Setting| setting.name.chars().count() > 14;
+    let names = settings
+        .iter()
+        .enumerate()
+        .map(|(i, s)| if is_long(s) { (i + 1).to_string() } else { s.name.clone() });
+    let place = |i: usize, part: usize| i as f64 + 0.25 * (part as f64 - (parts.len() as f64 - 1.0) / 2.0);
+    let mut series = Vec::new();
+    let mut numbers = Table::new("Each winner", &["setting", "part", "fitness"]);
+    numbers.words.push(1);
+    for (number, &part) in parts.iter().enumerate() {
+        let points = |(i, setting): (usize, &Setting)| {
+            let of = scores(setting, runs, part);
+            of.into_iter().map(move |score| (place(i, number), score)).collect::<Vec<_>>()
+        };
+        let dots: Vec<_> = settings.iter().enumerate().flat_map(points).collect();
+        series.push(Series {
+            name: Some(part.name().to_string()),
+            ink: Ink::Series(number as u8),
+            shape: Shape::Dots(dots, 4),
+        });
+        for setting in settings {
+            for score in scores(setting, runs, part) {
+                numbers.row([setting.name.clone(), part.name().to_string(), percent(score)]);
+            }
+        }
+    }
+    let values = settings.iter().flat_map(|s| parts.iter().flat_map(|&part| scores(s, runs, part)));
+    let y = Axis::around("cases solved", Unit::Percent, false, values);
+    let plot = Plot { x: Axis::named("setting", names.collect()), y, series };
+    let mut description =
+        "Each dot is the winner of a run: from left to right in training, in validation, held out."
+            .to_string();
+    for (i, setting) in settings.iter().enumerate().filter(|(_, setting)| is_long(setting)) {
+        description += &format!(" {}: {}.", i + 1, setting.name);
+    }
+    Figure { id: "c-spread".to_string(), title: "Winners", description, plot, numbers }.html()
+}
+
+/// The table of the settings.
+fn table(settings: &[Setting], runs: &[Run]) -> Table {
+    let mut table = Table::new(
+        "Median (quartiles) and best over the runs of a setting",
+        &["setting", "runs", "part", "median (quartiles)", "best", "winner’s nodes", "time of a run"],
+    );
+    table.words.push(2);
+    for setting in settings {
+        let nodes = setting.winner_nodes.map_or_else(none, |q| number(q.median));
+        let seconds = setting.seconds.map_or_else(none, |q| duration(q.median));
+        let count = setting.runs.len().to_string();
+        for (part, q) in &setting.parts {
+            table.row([
+                setting.name.clone(),
+                count.clone(),
+                part.name().to_string(),
+                quartiles(q),
+                percent(q.max),
+                nodes.clone(),
+                seconds.clone(),
+            ]);
+        }
+        if setting.parts.is_empty() {
+            // Without data there is what the logs say.
+            let last = setting.runs.iter().filter_map(|&run| runs[run].records.last());
+            let best = Quartiles::of(&last.map(|r| r.best_fitness_so_far).collect::<Vec<_>>());
+            table.row([
+                setting.name.clone(),
+                count,
+                "training (log)".to_string(),
+                best.as_ref().map_or_else(none, quartiles),
+                best.map_or_else(none, |q| percent(q.max)),
+                nodes,
+                seconds,
+            ]);
+        }
+    }
+    table
+}
+
+fn pairs_table(comparison: &Comparison, part: Part) -> Table {
+    let caption = format!(
+        "Settings against each other ({}). A12: the probability that a run of the first is better; p: rank-sum test, then \
+         corrected for all pairs (Holm)",
+        part.name()
+    );
+    let mut table = Table::new(&caption, &["first", "second", "A12", "p", "corrected"]);
+    table.words.push(1);
+    for pair in &comparison.pairs {
+        let name = |setting: usize| comparison.settings[setting].name.clone();
+        let numbers = [pair.a12, pair.p, pair.corrected].map(|value| format!("{value:.3}"));
+        table.row([name(pair.first), name(pair.second)].into_iter().chain(numbers));
+    }
+    table
+}
+
+/// What differs, setting by setting.
+fn differences(settings: &[Setting]) -> Markup {
+    let names: Vec<&str> =
+        std::iter::once("setting").chain(settings.iter().map(|s| s.name.as_str())).collect();
+    let mut table = Table::new("What differs", &names);
+    let values = settings.first().map_or(&[][..], |first| &first.values);
+    for (i, (name, _)) in values.iter().enumerate() {
+        let cells = settings.iter().map(|setting| setting.values[i].1.clone());
+        table.row(std::iter::once(name.clone()).chain(cells));
+    }
+    if values.len() > DIFFERENCES {
+        return table.folded(&format!("What differs: {}", count(values.len(), "setting")));
+    }
+    table.html()
+}
+
+/// The page on several runs.
+pub(super) fn page(
+    report: &Report,
+    runs: &[Run],
+    comparison: Option<&Comparison>,
+) -> Result<Markup, PlotError> {
+    let mut all: Vec<Section> = Vec::new();
+    if let Some(comparison) = comparison {
+        let settings = &comparison.settings;
+        all.push(("result", "Result", html! {
+            (table(settings, runs).html())
+            @if settings.len() > 1 { (differences(settings)) }
+            @if let Some(part) = comparison.part { @if !comparison.pairs.is_empty() { (pairs_table(comparison, part).html()) } }
+        }));
+        let shares = || Some(Axis::shares("cases solved"));
+        all.push((
+            "curves",
+            "Over the generations",
+            html! { div.plots {
+                (medians("c-best", "Best so far, in training", shares(), "", settings, |s| &s.best)?)
+                (medians("c-mean", "Mean fitness", shares(), "", settings, |s| &s.mean)?)
+                (medians("c-nodes", "Mean size", None, "nodes", settings, |s| &s.nodes)?)
+                @if runs.iter().any(|run| !run.scores.is_empty()) { (spread(settings, runs)?) }
+            } },
+        ));
+    }
+    all.push(("runs", "The runs", html! { (overview(runs).html()) (briefs(runs)?) }));
+    let repeat: Vec<_> = runs.iter().flat_map(|run| run.commands.iter().take(1).cloned()).collect();
+    all.push(("commands", "To repeat it all", sections::commands(&repeat, report.command.as_deref())));
+    Ok(html! {
+        header { h1 { (report.title) } (about(runs, comparison)) }
+        (super::sections(all))
+    })
+}
+
+/// The data, and what went wrong with runs.
+fn about(runs: &[Run], comparison: Option<&Comparison>) -> Markup {
+    let mut data: Vec<&str> = runs.iter().map(|run| run.data.as_str()).collect();
+    data.sort_unstable();
+    data.dedup();
+    let settings = comparison.map_or(0, |comparison| comparison.settings.len());
+    let collapsed: Vec<&Run> = runs.iter().filter(|run| run.warning.is_some()).collect();
+    let mut missing: Vec<&String> = runs.iter().flat_map(|run| &run.missing).collect();
+    missing.sort_unstable();
+    missing.dedup();
+    let unfinished = runs.iter().filter(|run| !run.is_complete()).count();
+    html! {
+        dl.facts {
+            dt { "Data" } @for data in data { dd { (data) } }
+            dt { "Runs" } dd { (count(runs.len(), "run")) " of " (count(settings, "setting")) }
+        }
+        @if let Some(first) = collapsed.first() { p.note {
+            strong { (collapsed.len()) " of " (count(runs.len(), "run")) " ended collapsed: " }
+            @for (i, run) in collapsed.iter().enumerate() { @if i > 0 { ", " } (run.folder) }
+            @if let Some(warning) = &first.warning { ". Of the first: " (warning) }
+        } }
+        @if unfinished > 0 { p.note {
+            "Not complete, so that their held-out images are left alone: " (count(unfinished, "run")) "."
+        } }
+        @for missing in missing { p.note { (missing) } }
+    }
+}
+
+fn overview(runs: &[Run]) -> Table {
+    let mut table = Table::new(
+        "Each run",
+        &["run", "seed", "generations", "training", "validation", "held out", "nodes", "time"],
+    );
+    for run in runs {
+        let part =
+            |part: Part| run.scores.iter().find(|s| s.part == part).map_or_else(none, |s| percent(s.fitness));
+        table.row([
+            run.folder.clone(),
+            run.seed.to_string(),
+            run.records.len().to_string(),
+            part(Part::Training),
+            part(Part::Validation),
+            part(Part::Holdout),
+            run.program.as_ref().map_or_else(none, |program| program.nodes.to_string()),
+            duration(run.records.iter().map(|r| r.timing.wall).sum()),
+        ]);
+    }
+    table
+}
+
+fn briefs(runs: &[Run]) -> Result<Markup, PlotError> {
+    if runs.len() > BRIEFS {
+        return Ok(html! { p.soft {
+            "Of more than " (BRIEFS) " runs the page shows no details; `vsonar report` makes a page for each."
+        } });
+    }
+    Ok(html! { @for (i, run) in runs.iter().enumerate() {
+        details {
+            summary { (run.folder) ", seed " (run.seed) }
+            (sections::facts(run)) (sections::notes(run)) (sections::result(run))
+            (curves::growth(run, &format!("r{i}-"))?)
+            @if let Some(program) = &run.program { (sections::program(program)) }
+            (sections::settings(run))
+            (sections::commands(&run.commands, None))
+        }
+    } })
+}

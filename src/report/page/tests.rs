@@ -1,0 +1,156 @@
+//! The page as a whole, of reports made by hand.
+
+use super::*;
+use crate::dataset::{Case, Constants, Dataset, NamedImage};
+use crate::evolve::{Record, Settings};
+use crate::tree::Individual;
+
+/// A generation as a full run has it.
+fn record(generation: u32) -> Record {
+    let x = f64::from(generation);
+    let text = format!(
+        r#"{{"generation":{generation},"best_fitness":{},"mean_fitness":0.41,"median_fitness":0.4,"best_fitness_so_far":{},
+        "validation_fitness":0.5,"evaluations":4000,"evaluations_total":{},"best_nodes":50,"mean_nodes":{},"max_nodes":2466,
+        "mean_depth":7.195,"max_depth":9,"distinct_programs":3982,"distinct_behaviours":2489,"constant_share":0.1,
+        "largest_behaviour":0.003,"case_entropy":0.9,"solved_by_nobody":0,"hardest_case":{{"case":72,"solvers":1}},
+        "operations_before":4.8,"operations_after":1.6,"timing":{{"lower":0.09,"compile":0.01,"execute":0.97,"evaluate":1.4,
+        "busy":0.98,"breed":0.1,"record":0.001,"save":0.01,"wall":1.5,"executed":1057,"ms_per_uncached":0.2}}}}"#,
+        0.4 + 0.01 * x.min(50.0),
+        0.4 + 0.01 * x.min(50.0),
+        4000 * (generation + 1),
+        190.0 - x.min(100.0),
+    );
+    serde_json::from_str(&text).expect("a record")
+}
+
+fn progress(generations: u32) -> Run {
+    let settings = Settings { generations, ..Settings::default_preset() };
+    let records = (0..generations).map(record).collect();
+    Run::progress("runs/one".as_ref(), "photos".to_string(), &settings, settings.to_toml(), records)
+}
+
+fn page(run: Run) -> String {
+    html(&Report { title: "A run".into(), runs: vec![run], comparison: None, command: None }).expect("drawn")
+}
+
+/// A run of the paper's size on images that no format makes small, with a hall of fame of large programs.
+#[test]
+fn the_page_of_a_full_run_is_below_5_mb() {
+    let mut run = progress(51);
+    let mut state = 1u32;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        image::Luma([(state >> 24) as u8])
+    };
+    let images = (0..71).map(|i| NamedImage {
+        name: format!("image_{i}.png"),
+        pixels: image::GrayImage::from_fn(640, 480, |_, _| noise()),
+    });
+    let images: Vec<NamedImage> = images.collect();
+    let case = |image: usize| (0..6).map(move |i| Case { image, x: 50 + 100 * i, y: 200 });
+    let set = Dataset::new("noise", images, (0..71).flat_map(case).collect()).expect("sound");
+    let answers: Vec<f32> = (0..set.cases().len()).map(|i| (i * 7 % 480) as f32).collect();
+    let constants = Constants::learn(&set, 10.0);
+    let look = Look {
+        part: Part::Holdout,
+        tolerance: 10.0,
+        camera: None,
+        constants: &constants,
+        window: None,
+        picture_bytes: usize::MAX,
+    };
+    run.answers = Some(Answers::of(&set, &answers, &look));
+    let body = (0..2000).fold("gradient".to_string(), |text, i| {
+        if i % 2 == 0 {
+            text
+        } else {
+            format!("{text} ; a comment of some length, as a large program has many lines\n")
+        }
+    });
+    for i in 0..100 {
+        run.hall_of_fame.push(Member {
+            nodes: 10 * i,
+            generation: 3,
+            fitness: 0.5,
+            train: Some(0.4),
+            validation: Some(0.3),
+            holdout: Some(0.2),
+            winner: i == 99,
+            program: body.clone(),
+        });
+    }
+    let page = page(run);
+    let pictures = page.matches("data:image/png;base64,").count();
+    assert!(pictures >= 4, "{pictures}");
+    assert!(page.len() < 5_000_000, "{}", page.len());
+    assert!(page.contains("hall_of_fame.jsonl"), "says where the programs are that it leaves out");
+}
+
+#[test]
+fn a_run_that_goes_on_is_shown_from_its_records_alone() {
+    for generations in [0, 1, 2, 51] {
+        let settings = Settings { generations: 60, ..Settings::paper() };
+        let records: Vec<Record> = (0..generations).map(record).collect();
+        let run = Run::progress("r".as_ref(), "photos".into(), &settings, settings.to_toml(), records);
+        assert_eq!((run.preset, run.is_complete()), ("paper", false));
+        assert_eq!(run.differing.iter().map(|d| d.name.as_str()).collect::<Vec<_>>(), ["generations"]);
+        let page = page(run);
+        assert!(!page.contains("NaN") && !page.contains("inf "), "{generations}");
+        assert_eq!(page.contains("<figcaption>Fitness</figcaption>"), generations > 0);
+    }
+}
+
+#[test]
+fn no_control_character_comes_into_the_page() {
+    let mut run = progress(1);
+    run.name = "a\u{1b}[31m\u{0}b".to_string();
+    run.folder = run.name.clone();
+    let page = page(run);
+    assert!(page.contains("a\u{fffd}[31m\u{fffd}b"));
+    assert!(page.chars().all(|c| !c.is_control() || c == '\n'), "none");
+}
+
+/// A long run's page does not grow with it beyond what can be read.
+#[test]
+fn long_runs_are_thinned() {
+    let page = page(progress(5000));
+    assert!(page.len() < 2_500_000, "{}", page.len());
+}
+
+#[test]
+fn the_winner_s_text_is_there_as_text() {
+    let mut run = progress(3);
+    let winner: Individual =
+        "(individual (iterate-up 3x3 x-obstacle (if-le gradient 50 read-a (prog2 (set-a y) break))))"
+            .parse()
+            .expect("a program");
+    let mut program = Program::of(&winner);
+    assert_eq!(program.operators, ["gradient"]);
+    program.compiled = Some(Compiled::of(&winner, (320, 240)));
+    let explanation = ProgramText { paragraphs: vec!["Is a < b & c?".into()], simplified: "up".into() };
+    program.explanation = Some(explanation);
+    run.program = Some(program);
+    let page = page(run);
+    for text in ["(if-le gradient 50", "Is a &lt; b &amp; c?", "after the optimiser"] {
+        assert!(page.contains(text), "{text}");
+    }
+}
+
+#[test]
+fn no_more_pairs_than_settings() {
+    let mut other = progress(5);
+    other.seed = 9;
+    let runs = vec![progress(5), other];
+    let settings = [
+        Settings { generations: 5, ..Settings::default_preset() },
+        Settings { generations: 5, seed: 9, ..Settings::default_preset() },
+    ];
+    let comparison = Comparison::of(&runs, &settings);
+    assert_eq!((comparison.settings.len(), comparison.pairs.len(), comparison.part), (1, 0, None));
+    let paper = [settings[0].clone(), Settings { generations: 5, ..Settings::paper() }];
+    let comparison = Comparison::of(&runs, &paper);
+    assert_eq!(comparison.settings.len(), 2);
+    let report = Report { title: "two".into(), runs, comparison: Some(comparison), command: None };
+    let page = html(&report).expect("drawn");
+    assert!(page.contains("selection.kind") && page.contains("c-best"));
+}
