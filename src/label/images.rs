@@ -45,8 +45,7 @@ impl Images {
     pub(super) fn find(dir: &Path, named: &BTreeSet<String>) -> Images {
         let mut names: Vec<String> = listed(dir).union(named).cloned().collect();
         names.sort_by(|a, b| natural(a, b));
-        let found: Vec<Result<(Picture, (u32, u32)), LeftOut>> =
-            names.into_par_iter().map(|name| examine(dir, name)).collect();
+        let found: Vec<Examined> = names.into_par_iter().map(|name| examine(dir, name)).collect();
         let mut left_out = Vec::new();
         let mut sound = Vec::new();
         for found in found {
@@ -100,7 +99,10 @@ pub(super) fn confined(dir: &Path, name: &str) -> Result<PathBuf, String> {
     if path.starts_with(dir) { Ok(path) } else { Err("a link that leads out of the folder".to_string()) }
 }
 
-fn examine(dir: &Path, name: String) -> Result<(Picture, (u32, u32)), LeftOut> {
+/// An image with its width and height, or why it cannot be labelled.
+type Examined = Result<(Picture, (u32, u32)), LeftOut>;
+
+fn examine(dir: &Path, name: String) -> Examined {
     let found = confined(dir, &name).and_then(|path| match load_gray(&path) {
         Ok(image) => Ok((path, image.dimensions())),
         Err(error) => Err(error.to_string()),

@@ -194,8 +194,8 @@ impl Browser {
         done.expect("the pointer moves");
     }
 
-    /// Presses the element with this id.
-    pub(crate) fn press(&self, id: &str, finger: bool) {
+    /// Presses the element with this id, with the mouse.
+    pub(crate) fn press(&self, id: &str) {
         let middle = format!(
             "(() => {{ const box = document.getElementById('{id}').getBoundingClientRect(); \
              return [box.left + box.width / 2, box.top + box.height / 2, box.width, box.height]; }})()"
@@ -203,7 +203,7 @@ impl Browser {
         let place = self.get(&middle);
         let number = |i: usize| place[i].as_f64().unwrap_or_default() as i64;
         assert!(number(2) > 0 && number(3) > 0, "{id} is not seen");
-        self.drag(&[(number(0), number(1))], finger);
+        self.drag(&[(number(0), number(1))], false);
     }
 
     /// A picture of the window, as PNG.

@@ -497,7 +497,12 @@ async function begin() {
   document.body.dataset.ready = "true";
 }
 
-marks.addEventListener("change", () => { tally = null; paint(); });
+marks.addEventListener("change", () => {
+  tally = null;
+  // What is not saved is never called saved, not even until the next frame.
+  if (session) renderSaved();
+  paint();
+});
 marks.addEventListener("say", (event) => { alerted = event.detail; paint(); });
 marks.addEventListener("restart", begin);
 marks.addEventListener("refused", ({ detail: { image: file, x: at, to, now } }) => {
