@@ -37,7 +37,7 @@ fn a_program_by_itself() {
     // All but (+ read-c 0), for which a single node would do.
     assert!(text.contains("10 of 13 nodes do anything"), "{text}");
     assert!(
-        text.contains("operators gradient; registers stored a, read none (in the tree without effect: c)"),
+        text.contains("operators gradient; registers stored a, read none (in the tree, but not needed: c)"),
         "{text}"
     );
     assert!(!text.contains("Without each part"), "{text}");
