@@ -17,7 +17,7 @@ fn a_printed_listing_computes_what_the_tree_does() {
         let images: Vec<_> = (0..5).map(|_| common::image(&mut random, width, height)).collect();
         let lanes: Vec<_> = (0..21).map(|i| (i % 5, random.below(width as usize) as u32)).collect();
         let cases = common::case_set(&images, &lanes);
-        for individual in common::individuals(900 + batch, 150) {
+        for individual in common::individuals(900 + batch, 300) {
             let program = vsonar::ir::opt::optimise(&lower(&individual, width, height));
             let text = Listing::of(&program).expect("no bit patterns").to_string();
             let listing: Listing = text.parse().unwrap_or_else(|e| panic!("{e}\n{text}\n{individual}"));

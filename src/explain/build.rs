@@ -157,7 +157,9 @@ impl<'a> Writer<'a> {
         for (i, view) in self.views.iter().enumerate().filter(|(i, _)| reached[*i]) {
             // `else if` can be read on and on.
             let chain = if let View::Select([_, _, or_else]) = *view { Some(or_else) } else { None };
-            let mut parts = view.operands();
+            // A `not` has no name of its own.
+            let inside = |reg: Reg| strip(self.block, reg, true).0;
+            let mut parts: Vec<Reg> = view.operands().into_iter().map(inside).collect();
             for reg in &parts {
                 let choice = matches!(self.views[reg.index()], View::Select(_)) && Some(*reg) != chain;
                 long[reg.index()] |= choice && size[reg.index()] > LONG_CHOICE;

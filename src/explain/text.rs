@@ -230,7 +230,7 @@ fn tree_uses(tree: &TreeUses) -> String {
     }
     let idle = |names: &[&str]| match names {
         [] => String::new(),
-        names => format!(" (in the tree without effect: {})", names.join(", ")),
+        names => format!(" (in the tree, but not needed: {})", names.join(", ")),
     };
     format!(
         "{name}: {} of {} nodes; operators {}{}; registers stored {}, read {}{}",

@@ -131,17 +131,19 @@ fn field(
     let finite = || values.iter().copied().filter(|v| v.is_finite()).map(f64::from);
     let (low, high) = (finite().fold(0.0, f64::min), finite().fold(0.0, f64::max));
     let span = if high > low { high - low } else { 1.0 };
+    let range = match finite().next() {
+        Some(_) => format!("{} … {}", short(low as f32), short(high as f32)),
+        None => "not finite".to_string(),
+    };
     let _ = writeln!(
         out,
         "<rect class=\"faint\" x=\"{x:.1}\" y=\"{HEAD}\" width=\"{FIELD}\" height=\"{height:.1}\"/>\
          <text class=\"small\" x=\"{x:.1}\" y=\"{}\">{}</text>\
-         <text class=\"small dim\" x=\"{x:.1}\" y=\"{}\">{} … {}</text>",
+         <text class=\"small dim\" x=\"{x:.1}\" y=\"{}\">{range}</text>",
         // Long names take turns in height.
         if number % 2 == 0 { 38 } else { 48 },
         escape(name),
-        HEAD - 4.0,
-        short(low as f32),
-        short(high as f32)
+        HEAD - 4.0
     );
     let mut runs: Vec<Vec<String>> = vec![Vec::new()];
     for (at, &value) in sweep.positions.iter().zip(values) {

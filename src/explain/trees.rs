@@ -212,8 +212,8 @@ mod tests {
         );
         assert_eq!(dot.matches(" -> ").count(), 7);
         let svg = svg(&individual, &live);
-        // set-b, raw, and prog2, which then has nothing to put together
-        assert_eq!(svg.matches("<g class=\"quiet\">").count(), 3);
+        // set-b, raw, prog2, which then has nothing to put together, and the column, since nothing is seen in it
+        assert_eq!(svg.matches("<g class=\"quiet\">").count(), 4);
         assert_eq!(svg.matches("<g").count(), 8);
     }
 }

@@ -32,13 +32,13 @@ pub struct TreeUses {
     pub live: usize,
     /// The image operators (with `-sq` for the average of squares) that the listing reads.
     pub operators: Vec<&'static str>,
-    /// Those that stand in the tree, but make no difference.
+    /// Those that stand in the tree, but are not needed.
     pub idle_operators: Vec<&'static str>,
     /// The registers that the listing stores.
     pub stored: Vec<&'static str>,
     /// Those that it reads at the next position.
     pub read: Vec<&'static str>,
-    /// Those of the tree that make no difference.
+    /// Those of the tree that are not needed, their values having names or no effect.
     pub idle_registers: Vec<&'static str>,
     /// The window's width and height.
     pub window: [u32; 2],
