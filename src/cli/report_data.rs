@@ -8,13 +8,15 @@ use vsonar::camera::Camera;
 use vsonar::dataset::{Constants, Dataset};
 use vsonar::evolve::{CaseBits, Settings, is_correct};
 use vsonar::exec::{Candidate, Executor};
-use vsonar::report::page::{Answers, Command, Compiled, Look, Part, Run, Score};
+use vsonar::explain::{ExplainError, Explanation};
+use vsonar::report::page::{Answers, Command, Compiled, Look, Part, ProgramText, Run, Score};
 use vsonar::tree::Individual;
 use vsonar::vision::strips::CaseSet;
 use vsonar::world::office::Setup;
 
 use super::against::{self, Comparison, Named};
 use super::cases::Cases;
+use super::executor::with_stack;
 use super::memory::MemoryArgs;
 use super::output::{printable, shell_word};
 use super::source::Source;
@@ -186,6 +188,17 @@ fn evaluate(
     if let Some(program) = &mut run.program {
         program.compiled = Some(Compiled::of(&best, size));
     }
+    if let Some((_, set, _)) = last.as_ref().filter(|_| wanted.pictures) {
+        wanted.progress.set_message(format!("{}: explaining", printable(folder)));
+        match explain(&best, set, tolerance)? {
+            Ok(explanation) => {
+                if let Some(program) = &mut run.program {
+                    program.explanation = Some(ProgramText::of(&explanation, &best));
+                }
+            }
+            Err(error) => run.missing.push(format!("The program is not explained: {error}.")),
+        }
+    }
     let Some((part, set, answers)) = last else { return Ok(()) };
     let of_world = source.office().filter(|_| wanted.holdout.is_none()).map(|_| Setup::default().camera);
     let camera = wanted.camera.or(of_world);
@@ -216,6 +229,19 @@ fn evaluate(
         run.rivals = Some(against::for_page(&comparison, part)?);
     }
     Ok(())
+}
+
+/// What the program does on these images; a listing that does not hold is none.
+fn explain(
+    best: &Individual,
+    set: &Dataset,
+    tolerance: f64,
+) -> Result<Result<Explanation, ExplainError>, CliError> {
+    with_stack(|| {
+        let mut explanation = Explanation::new(best, set.width(), set.height())?;
+        explanation.add_data(set, tolerance)?;
+        Ok(explanation)
+    })
 }
 
 fn score(part: Part, set: &Dataset, solved: &CaseBits, constants: &Constants) -> Score {

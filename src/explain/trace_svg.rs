@@ -4,9 +4,11 @@
 use std::fmt::Write as _;
 use std::io::Cursor;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use image::{GrayImage, ImageFormat};
 
-use super::svg::{base64, escape, frame};
+use super::svg::{escape, frame};
 use super::trace::{SweepTrace, Trace, short};
 
 /// Width of a curve's field, in pixels.
@@ -34,7 +36,7 @@ pub fn trace_svg(trace: &Trace, image: &GrayImage) -> Result<String, image::Imag
         "<text x=\"{MARGIN}\" y=\"22\">{}</text>\n<image x=\"{MARGIN}\" y=\"{HEAD}\" width=\"{w:.1}\" height=\"{h:.1}\" \
          style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>",
         escape(&format!("{}, column {}", trace.image, trace.column)),
-        base64(png.get_ref())
+        STANDARD.encode(png.get_ref())
     );
     let row = |y: f64| HEAD + (y + 0.5) * scale;
     for sweep in &trace.sweeps {

@@ -4,7 +4,9 @@ use serde::Serialize;
 
 use crate::dataset::Transience;
 use crate::evolve::Record;
+use crate::explain::{self, Explanation, text};
 use crate::statistics::Quartiles;
+use crate::tree::Individual;
 
 /// A report on one run or several.
 #[derive(Debug, Clone, Serialize)]
@@ -129,13 +131,37 @@ pub struct Compiled {
     pub text: String,
 }
 
-/// A program explained: paragraphs, and the simplified text that they tell of.
+/// A program explained, as `vsonar explain` does it.
 #[derive(Debug, Clone, Serialize)]
 pub struct ProgramText {
-    /// What it does, a paragraph each.
-    pub paragraphs: Vec<String>,
-    /// The simplified program.
-    pub simplified: String,
+    /// The simplified program, and in the margin how often each line counts.
+    pub listing: String,
+    /// What it was held against.
+    pub checked: String,
+    /// How to read the listing, what the program uses, and what it does on the data, a line each.
+    pub lines: Vec<String>,
+    /// What each part contributes: a heading and rows, each of loss, fitness, line, part and what is in its place.
+    pub contributions: Vec<[String; 5]>,
+    /// The trees as an SVG document.
+    #[serde(skip)]
+    pub trees: String,
+}
+
+impl ProgramText {
+    /// From an explanation of the individual.
+    pub fn of(explanation: &Explanation, individual: &Individual) -> ProgramText {
+        let mut lines = text::notes(&explanation.listing);
+        lines.extend(text::uses(explanation));
+        lines.extend(text::data(explanation));
+        lines.extend(text::sweeps(explanation));
+        ProgramText {
+            listing: text::listing(explanation),
+            checked: text::checked(explanation),
+            lines,
+            contributions: text::contributions(explanation),
+            trees: explain::trees_svg(individual, &explanation.live),
+        }
+    }
 }
 
 /// The parts of a run's data.

@@ -1,5 +1,7 @@
 //! Sections of a page on one run: result, hall of fame, program, rivals, settings, commands.
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
 use super::chart::{Axis, Ink, Plot, PlotError, Series, Shape, Unit};
@@ -248,9 +250,18 @@ pub(super) fn program(program: &Program) -> Markup {
             }
         }
         @if let Some(text) = &program.explanation {
-            @for paragraph in &text.paragraphs { p { (paragraph) } }
             h3 { "Simplified" }
-            pre tabindex="0" { code { (text.simplified) } }
+            pre tabindex="0" { code { (text.listing) } }
+            p { (text.checked) }
+            ul { @for line in &text.lines { li { (line) } } }
+            @if let [heading, rows @ ..] = &text.contributions[..] && !rows.is_empty() {
+                h3 { "Without each part" }
+                (contributions(heading, rows).html())
+            }
+            details {
+                summary { "The trees; what does nothing is pale" }
+                div.scroll tabindex="0" { img.plain alt="The trees, as they are written below" src=(svg_uri(&text.trees)); }
+            }
         }
         h3 { "As it evolved" }
         pre tabindex="0" { code { (program.text) } }
@@ -258,6 +269,21 @@ pub(super) fn program(program: &Program) -> Markup {
             details { summary { "As it is run: the optimised program" } pre tabindex="0" { code { (compiled.text) } } }
         }
     }
+}
+
+fn contributions(heading: &[String; 5], rows: &[[String; 5]]) -> Table {
+    let heading: Vec<&str> = heading.iter().map(String::as_str).collect();
+    let caption = "Fitness on the images named above with each part replaced, the greatest loss first.";
+    let mut table = Table::new(caption, &heading);
+    for row in rows {
+        table.row(row.clone());
+    }
+    table
+}
+
+/// A picture of its own, so that its style is its own too.
+fn svg_uri(svg: &str) -> String {
+    format!("data:image/svg+xml;base64,{}", STANDARD.encode(svg))
 }
 
 /// The table of the rivals.

@@ -3,6 +3,7 @@
 use super::*;
 use crate::dataset::{Case, Constants, Dataset, NamedImage};
 use crate::evolve::{Record, Settings};
+use crate::explain::Explanation;
 use crate::tree::Individual;
 
 /// A generation as a full run has it.
@@ -127,11 +128,17 @@ fn the_winner_s_text_is_there_as_text() {
     let mut program = Program::of(&winner);
     assert_eq!(program.operators, ["gradient"]);
     program.compiled = Some(Compiled::of(&winner, (320, 240)));
-    let explanation = ProgramText { paragraphs: vec!["Is a < b & c?".into()], simplified: "up".into() };
-    program.explanation = Some(explanation);
+    let explanation = Explanation::new(&winner, 320, 240).expect("readable");
+    program.explanation = Some(ProgramText::of(&explanation, &winner));
     run.program = Some(program);
     let page = page(run);
-    for text in ["(if-le gradient 50", "Is a &lt; b &amp; c?", "after the optimiser"] {
+    for text in [
+        "(if-le gradient 50",
+        "if gradient &gt; 50:",
+        "bit for bit",
+        "after the optimiser",
+        "data:image/svg+xml",
+    ] {
         assert!(page.contains(text), "{text}");
     }
 }
