@@ -149,8 +149,10 @@ impl<'a> Writer<'a> {
     fn long(&self, roots: &[Reg]) -> Vec<bool> {
         let mut reached = vec![false; self.views.len()];
         roots.iter().for_each(|reg| reached[reg.index()] = true);
-        for i in (0..self.views.len()).rev().filter(|&i| reached[i]).collect::<Vec<_>>() {
-            self.views[i].operands().iter().for_each(|reg| reached[reg.index()] = true);
+        for i in (0..self.views.len()).rev() {
+            if reached[i] {
+                self.views[i].operands().iter().for_each(|reg| reached[reg.index()] = true);
+            }
         }
         let mut size = vec![0usize; self.views.len()];
         let mut long = vec![false; self.views.len()];
@@ -277,7 +279,7 @@ impl<'a> Writer<'a> {
             // Two conditions of one thing.
             [Stmt::If(_, inner, deeper, others)] if others.is_empty() && or_else.is_empty() => {
                 let inner = std::mem::replace(inner, Cond::First(true));
-                let both = and(Box::new(cond), Box::new(inner));
+                let both = and(cond, inner);
                 Stmt::If(0, both, std::mem::take(deeper), Vec::new())
             }
             _ => Stmt::If(0, cond, then, or_else),
@@ -340,7 +342,7 @@ impl<'a> Writer<'a> {
         match self.views[i] {
             View::Compare(op, a, b) => self.compare(op, a, b, holds),
             View::Logic(op, p, q) => {
-                let (p, q) = (Box::new(self.cond(p, holds)), Box::new(self.cond(q, holds)));
+                let (p, q) = (self.cond(p, holds), self.cond(q, holds));
                 if (op == Op::And) == holds { and(p, q) } else { or(p, q) }
             }
             _ => unreachable!("a value is no mask"),
