@@ -154,6 +154,9 @@ impl<'a> Writer<'a> {
                 self.views[i].operands().iter().for_each(|reg| reached[reg.index()] = true);
             }
         }
+        let mut readers = vec![0usize; self.views.len()];
+        let views = self.views.iter().zip(&reached).filter(|(_, reached)| **reached);
+        views.flat_map(|(view, _)| view.operands()).for_each(|reg| readers[reg.index()] += 1);
         let mut size = vec![0usize; self.views.len()];
         let mut long = vec![false; self.views.len()];
         for (i, view) in self.views.iter().enumerate().filter(|(i, _)| reached[*i]) {
@@ -175,7 +178,9 @@ impl<'a> Writer<'a> {
                     long[reg.index()] = true;
                 }
             }
-            size[i] = length(&long);
+            // What several values read is likely to be read so often that it has a short name.
+            let short = matches!(view, View::Leaf(Leaf::Window(_))) && readers[i] + 1 >= OFTEN;
+            size[i] = if short { 1 } else { length(&long) };
         }
         long
     }
