@@ -149,9 +149,14 @@ impl<'a> Writer<'a> {
     fn long(&self, roots: &[Reg]) -> Vec<bool> {
         let mut reached = vec![false; self.views.len()];
         roots.iter().for_each(|reg| reached[reg.index()] = true);
-        for i in (0..self.views.len()).rev().filter(|&i| reached[i]).collect::<Vec<_>>() {
-            self.views[i].operands().iter().for_each(|reg| reached[reg.index()] = true);
+        for i in (0..self.views.len()).rev() {
+            if reached[i] {
+                self.views[i].operands().iter().for_each(|reg| reached[reg.index()] = true);
+            }
         }
+        let mut readers = vec![0usize; self.views.len()];
+        let views = self.views.iter().zip(&reached).filter(|(_, reached)| **reached);
+        views.flat_map(|(view, _)| view.operands()).for_each(|reg| readers[reg.index()] += 1);
         let mut size = vec![0usize; self.views.len()];
         let mut long = vec![false; self.views.len()];
         for (i, view) in self.views.iter().enumerate().filter(|(i, _)| reached[*i]) {
@@ -173,7 +178,9 @@ impl<'a> Writer<'a> {
                     long[reg.index()] = true;
                 }
             }
-            size[i] = length(&long);
+            // What several values read is likely to be read so often that it has a short name.
+            let short = matches!(view, View::Leaf(Leaf::Window(_))) && readers[i] + 1 >= OFTEN;
+            size[i] = if short { 1 } else { length(&long) };
         }
         long
     }
@@ -277,7 +284,7 @@ impl<'a> Writer<'a> {
             // Two conditions of one thing.
             [Stmt::If(_, inner, deeper, others)] if others.is_empty() && or_else.is_empty() => {
                 let inner = std::mem::replace(inner, Cond::First(true));
-                let both = and(Box::new(cond), Box::new(inner));
+                let both = and(cond, inner);
                 Stmt::If(0, both, std::mem::take(deeper), Vec::new())
             }
             _ => Stmt::If(0, cond, then, or_else),
@@ -340,7 +347,7 @@ impl<'a> Writer<'a> {
         match self.views[i] {
             View::Compare(op, a, b) => self.compare(op, a, b, holds),
             View::Logic(op, p, q) => {
-                let (p, q) = (Box::new(self.cond(p, holds)), Box::new(self.cond(q, holds)));
+                let (p, q) = (self.cond(p, holds), self.cond(q, holds));
                 if (op == Op::And) == holds { and(p, q) } else { or(p, q) }
             }
             _ => unreachable!("a value is no mask"),

@@ -15,18 +15,18 @@ fn level(expr: &Expr) -> u8 {
 }
 
 /// Both, without parentheses on the right.
-pub(super) fn and(p: Box<Cond>, q: Box<Cond>) -> Cond {
-    match *q {
-        Cond::And(q1, q2) => Cond::And(Box::new(and(p, q1)), q2),
-        q => Cond::And(p, Box::new(q)),
+pub(super) fn and(p: Cond, q: Cond) -> Cond {
+    match q {
+        Cond::And(q1, q2) => Cond::And(Box::new(and(p, *q1)), q2),
+        q => Cond::And(Box::new(p), Box::new(q)),
     }
 }
 
 /// One or the other, without parentheses on the right.
-pub(super) fn or(p: Box<Cond>, q: Box<Cond>) -> Cond {
-    match *q {
-        Cond::Or(q1, q2) => Cond::Or(Box::new(or(p, q1)), q2),
-        q => Cond::Or(p, Box::new(q)),
+pub(super) fn or(p: Cond, q: Cond) -> Cond {
+    match q {
+        Cond::Or(q1, q2) => Cond::Or(Box::new(or(p, *q1)), q2),
+        q => Cond::Or(Box::new(p), Box::new(q)),
     }
 }
 

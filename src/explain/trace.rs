@@ -63,9 +63,17 @@ pub struct TracePosition {
     pub stopped: bool,
 }
 
+/// What of a sweep is written down.
+struct Watched<'a> {
+    sweep: &'a Sweep,
+    operands: Vec<Operand>,
+    registers: Vec<u8>,
+    choices: Vec<Site>,
+}
+
 struct Watch<'a, W> {
     windows: &'a W,
-    sweeps: Vec<(&'a Sweep, Vec<Operand>, Vec<u8>, Vec<Site>)>,
+    sweeps: Vec<Watched<'a>>,
     traces: Vec<SweepTrace>,
     here: Vec<(Site, bool)>,
 }
@@ -76,7 +84,7 @@ impl<W: Windows> Observer for Watch<'_, W> {
     }
 
     fn position(&mut self, number: usize, at: &Position) {
-        let (sweep, operands, registers, choices) = &self.sweeps[number];
+        let Watched { sweep, operands, registers, choices } = &self.sweeps[number];
         let window = |&operand: &Operand| WindowAt { operand, rect: sweep.rect, x: at.x, y: at.y };
         let held = |site: &Site| self.here.iter().find(|(s, _)| s == site).map(|(_, held)| *held);
         let position = TracePosition {
@@ -119,7 +127,7 @@ impl Trace {
                 lines: choices.iter().map(line_of).collect(),
                 positions: Vec::new(),
             });
-            sweeps.push((sweep, operands, stored, choices));
+            sweeps.push(Watched { sweep, operands, registers: stored, choices });
         }
         let cases = set.case_set();
         let of = set.cases()[case];

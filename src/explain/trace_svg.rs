@@ -96,7 +96,7 @@ fn way(sweep: &SweepTrace, scale: f64, out: &mut String) {
     let [w, h] = sweep.window.map(f64::from);
     let left = MARGIN + (f64::from(sweep.x) - ((w - 1.0) / 2.0).floor()) * scale;
     let top = |y: u32| HEAD + (f64::from(y) - ((h - 1.0) / 2.0).floor()) * scale;
-    let ys = sweep.positions.iter().map(|at| at.y);
+    let mut ys = sweep.positions.iter().map(|at| at.y);
     let (Some(least), Some(greatest)) = (ys.clone().min(), ys.clone().max()) else { return };
     let bottom = top(greatest) + h * scale;
     let _ = writeln!(
@@ -106,7 +106,7 @@ fn way(sweep: &SweepTrace, scale: f64, out: &mut String) {
         w * scale,
         bottom - top(least)
     );
-    if let Some(last) = ys.last() {
+    if let Some(last) = ys.next_back() {
         let _ = writeln!(
             out,
             "<rect class=\"window\" x=\"{left:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
@@ -143,7 +143,7 @@ fn field(
          <text class=\"small\" x=\"{x:.1}\" y=\"{}\">{}</text>\
          <text class=\"small dim\" x=\"{x:.1}\" y=\"{}\">{range}</text>",
         // Long names take turns in height.
-        if number % 2 == 0 { 38 } else { 48 },
+        if number.is_multiple_of(2) { 38 } else { 48 },
         escape(name),
         HEAD - 4.0
     );
