@@ -275,6 +275,7 @@ fn contributions(heading: &[String; 5], rows: &[[String; 5]]) -> Table {
     let heading: Vec<&str> = heading.iter().map(String::as_str).collect();
     let caption = "Fitness on the images named above with each part replaced, the greatest loss first.";
     let mut table = Table::new(caption, &heading);
+    table.words = vec![3, 4];
     for row in rows {
         table.row(row.clone());
     }
