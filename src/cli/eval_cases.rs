@@ -154,7 +154,8 @@ fn part_of_run(
 ) -> Result<(RunPart, Dataset), CliError> {
     // The held-out part of a run that is not complete is not looked at by accident.
     let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap_or_default();
-    let complete = log.lines().count() >= generations as usize;
+    // A last line without its end is of a generation that was being written.
+    let complete = log.matches('\n').count() >= generations as usize;
     let part =
         part.unwrap_or(if cases.holdout.is_some() && complete { RunPart::Holdout } else { RunPart::Train });
     let set = match part {

@@ -178,6 +178,17 @@ fn write(
         let image = set.images().iter().find(|image| image.name == trace.image);
         Ok(image.map(|image| explain::trace_svg(trace, &image.pixels)).transpose()?)
     };
+    let own = [file(&args.program)];
+    let targets = [&args.markdown, &args.dot, &args.svg, &args.trace_svg];
+    let targets: Vec<&Path> = targets.into_iter().flatten().map(PathBuf::as_path).collect();
+    for (i, target) in targets.iter().enumerate() {
+        if targets[..i].contains(target) || own.iter().any(|own| own == target) {
+            return Err(CliError::Usage(format!(
+                "{}: named twice, or the program itself; give each file a name of its own",
+                target.display()
+            )));
+        }
+    }
     let dot = || explain::dot(individual, &explanation.live);
     let svg = || explain::trees_svg(individual, &explanation.live);
     if let Some(folder) = &args.out {

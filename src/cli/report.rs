@@ -1,5 +1,6 @@
 //! `vsonar report`: all of a run, or of several, as one HTML page.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -101,10 +102,25 @@ fn folders(given: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
         if found.is_empty() {
             return Err(FolderError::NotARun(path.clone()).into());
         }
-        found.retain(|folder| !all.contains(folder));
-        all.extend(found);
+        // The same folder by another name is no other run.
+        let real = |folder: &PathBuf| fs::canonicalize(folder).unwrap_or_else(|_| folder.clone());
+        for folder in found {
+            if all.iter().all(|there| real(there) != real(&folder)) {
+                all.push(folder);
+            }
+        }
     }
     Ok(all)
+}
+
+/// The entries of a table by their dotted names.
+fn flatten(name: &str, value: &toml::Value, out: &mut BTreeMap<String, String>) {
+    match value {
+        toml::Value::Table(table) => {
+            table.iter().for_each(|(key, value)| flatten(&format!("{name}.{key}"), value, out));
+        }
+        value => drop(out.insert(name.to_string(), value.to_string())),
+    }
 }
 
 fn below(path: &Path, levels: u32, found: &mut Vec<PathBuf>) -> Result<(), CliError> {
@@ -156,6 +172,7 @@ fn report(args: &Args, folders: &[PathBuf], progress: &ProgressBar) -> Result<Re
         let source = Source::from_table(&table, file.path());
         let words = source.as_ref().map_or_else(|_| "not known".to_string(), Source::describe);
         let mut run = Run::read(folder, words)?;
+        flatten("data", &toml::Value::Table(table.clone()), &mut run.data_table);
         match source {
             Ok(source) => data.fill(&mut run, folder, source, &table, &settings, &wanted)?,
             Err(error) => run.missing.push(format!("The data are not known: {}", error.words())),

@@ -86,16 +86,24 @@ impl Data {
                 )),
             }
         }
-        run.commands = vec![evolve(run, folder)];
+        run.tested_on = wanted.holdout.map(printable);
+        run.commands = vec![evolve(run, folder, wanted.data)];
         let Some((_, loaded)) = self.last.as_mut() else {
             run.commands.extend(without_data(folder));
             return Ok(());
         };
         let generations = run.records.len() as u32;
+        // Where the images are now, if they have moved.
+        let source = match wanted.data {
+            Some(dir) => source.clone().with_folder(dir)?.unwrap_or(source),
+            None => source,
+        };
         let next = summary::next(&source, &loaded.cases, settings, generations, folder);
         run.commands.extend(next.iter().map(|line| as_command(line)));
-        let rivals = format!("vsonar eval {} --against all    # the table of the rivals", shell_word(folder));
-        run.commands.insert(1, as_command(&rivals));
+        if wanted.data.is_none() && wanted.holdout.is_none() {
+            let rivals = format!("vsonar eval {} --against all    # the table of the rivals", shell_word(folder));
+            run.commands.insert(1, as_command(&rivals));
+        }
         evaluate(run, folder, &source, loaded, wanted)
     }
 }
@@ -259,14 +267,15 @@ fn score(part: Part, set: &Dataset, solved: &CaseBits, constants: &Constants) ->
 }
 
 /// The command that makes the run again.
-fn evolve(run: &Run, folder: &Path) -> Command {
+fn evolve(run: &Run, folder: &Path, data: Option<&Path>) -> Command {
     let mut again = folder.as_os_str().to_owned();
     again.push("-again");
     Command {
         what: "The same run again: the same settings, seed and data, so the same result".to_string(),
         command: format!(
-            "vsonar evolve --settings {} --seed {} --out {}",
+            "vsonar evolve --settings {}{} --seed {} --out {}",
             shell_word(&folder.join("settings.toml")),
+            data.map_or_else(String::new, |dir| format!(" --data {}", shell_word(dir))),
             run.seed,
             shell_word(Path::new(&again))
         ),

@@ -15,8 +15,15 @@ use crate::evolve::is_correct;
 use crate::tree::Shortest;
 use crate::vision::CaseSet;
 
-/// At most so many parts are tried, the first ones of the text.
+/// At most so many parts are tried, whole trees and operators before statements, and these in the order of the text.
 const PARTS: usize = 400;
+/// What may be run for all parts together, in lines of the listing at a position in a case: about half a minute of one
+/// core.
+const WORK: u64 = 1_000_000_000;
+/// So many parts are tried whatever they take.
+const LEAST: u64 = 8;
+/// Stack of a thread: chains of `else if` are as deep as they are long.
+const STACK_BYTES: usize = 256 << 20;
 
 /// A part and the fitness without it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -50,12 +57,38 @@ enum Edit {
     NoFirst,
 }
 
-/// The fitness without each part, the greatest loss first (equal ones in the order of the text).
-pub fn contributions(listing: &Listing, set: &Dataset, tolerance: f64) -> Vec<Contribution> {
+/// The contributions of parts, and of how many parts they are.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Contributions {
+    /// The fitness without each part, the greatest loss first (equal ones in the order of the text).
+    pub tried: Vec<Contribution>,
+    /// Parts that were left out, for there are too many to try them all.
+    pub left_out: usize,
+}
+
+/// The fitness without each part, on all cases of a set; an answer is correct within `tolerance` rows.
+///
+/// # Errors
+/// If the system gives no threads.
+pub fn contributions(
+    listing: &Listing,
+    set: &Dataset,
+    tolerance: f64,
+) -> Result<Contributions, rayon::ThreadPoolBuildError> {
+    let threads = rayon::current_num_threads();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES).build()?;
+    Ok(pool.install(|| all(listing, set, tolerance)))
+}
+
+fn all(listing: &Listing, set: &Dataset, tolerance: f64) -> Contributions {
     let cases = set.case_set();
     let labels: Vec<f64> = set.cases().iter().map(|case| f64::from(case.y)).collect();
     let means = means(listing, &cases);
-    let parts = parts(listing, &means);
+    let mut parts = parts(listing, &means);
+    let there = parts.len();
+    let positions = u64::from(set.height()) * labels.len() as u64;
+    let one = positions.max(1) * listing.lines().len() as u64;
+    parts.truncate((WORK / one).clamp(LEAST, PARTS as u64) as usize);
     let whole = solved(listing, &cases, &labels, tolerance);
     let total = labels.len().max(1) as f64;
     let of = |part: &Part| {
@@ -68,7 +101,7 @@ pub fn contributions(listing: &Listing, set: &Dataset, tolerance: f64) -> Vec<Co
     let mut out: Vec<Contribution> =
         parts.par_iter().map(|part| Contribution { line: part.line, ..of(part) }).collect();
     out.sort_by(|a, b| b.loss.total_cmp(&a.loss).then(a.line.cmp(&b.line)));
-    out
+    Contributions { left_out: there - out.len(), tried: out }
 }
 
 fn solved(listing: &Listing, cases: &CaseSet, labels: &[f64], tolerance: f64) -> usize {
@@ -211,16 +244,15 @@ fn parts(listing: &Listing, means: &BTreeMap<(usize, Operand), f32>) -> Vec<Part
         }
     }
     if listing.first.is_some() {
-        let without = "its registers read as 0".to_string();
-        out.push(Part {
-            sweep: 1,
-            edit: Edit::NoFirst,
-            line: 3,
-            part: "the first tree".to_string(),
-            without,
-        });
+        let (part, without) = ("the first tree".to_string(), "its registers read as 0".to_string());
+        out.push(Part { sweep: 1, edit: Edit::NoFirst, line: 3, part, without });
     }
-    out.truncate(PARTS);
+    // What few lines tell of all the others first, for not all may be tried.
+    out.sort_by_key(|part| match part.edit {
+        Edit::NoFirst => 0,
+        Edit::Operand(..) | Edit::Forget(_) => 1,
+        Edit::Choose(..) | Edit::Drop(_) => 2,
+    });
     out
 }
 
@@ -246,7 +278,8 @@ mod tests {
             second tree: a 2 x 2 window moves up column x-obstacle\n    \
             if raw > 100:\n        a := y · iter2-b\n        stop\n\nanswer: a\n";
         let listing: Listing = text.parse().expect("a listing");
-        let found = contributions(&listing, &set, 1.0);
+        let Contributions { tried: found, left_out } = contributions(&listing, &set, 1.0).expect("threads");
+        assert_eq!(left_out, 0);
         let of = |part: &str, without: &str| {
             let c = found.iter().find(|c| c.part == part && c.without.starts_with(without));
             c.map(|c| (c.line, c.correct, c.loss)).unwrap_or_else(|| panic!("{part}, {without}: {found:?}"))
@@ -261,5 +294,21 @@ mod tests {
         assert_eq!(of("the first tree", "its registers"), (3, 1, 0.5)); // the same
         assert!(found.is_sorted_by(|a, b| a.loss >= b.loss), "{found:?}");
         assert_eq!(found.len(), 7);
+    }
+
+    #[test]
+    fn long_chains_need_more_stack_than_threads_have() {
+        let mut text = String::from("images of 16 x 16 pixels\n\nthe tree: a 2 x 2 window moves up column x-obstacle\n");
+        for i in 0..900 {
+            let otherwise = if i == 0 { "" } else { "else " };
+            text += &format!("    {otherwise}if raw > {}: a := {i}\n", 1000 - i);
+        }
+        text += "\nanswer: a\n";
+        let listing: Listing = text.parse().expect("a listing");
+        let image = NamedImage { name: "one".into(), pixels: GrayImage::from_pixel(16, 16, Luma([200])) };
+        let set = Dataset::new("dark", vec![image], vec![Case { image: 0, x: 4, y: 0 }]).expect("sound");
+        let found = contributions(&listing, &set, 1.0).expect("threads");
+        assert_eq!((found.tried.len(), found.left_out), (PARTS, 1 + 2 * 900 + 900 - PARTS));
+        assert_eq!(found.tried.iter().filter(|c| c.part == "raw").count(), 1, "operators before statements");
     }
 }

@@ -65,7 +65,7 @@ use crate::tree::Individual;
 
 pub use build::NotReadable;
 pub use check::Checked;
-pub use contribution::{Contribution, contributions};
+pub use contribution::{Contribution, Contributions, contributions};
 pub use evaluate::{Observer, Outcome, Position};
 pub use listing::Listing;
 pub use parse::ListingError;
@@ -89,6 +89,9 @@ pub enum ExplainError {
     /// The images are not of the size that the explanation is for.
     #[error(transparent)]
     Detect(#[from] DetectError),
+    /// There are no threads to work on.
+    #[error("cannot start threads: {0}; allow more threads or memory")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
     /// The listing's own text could not be read: a fault of this program.
     #[error(
         "the explanation cannot be read back: {0}; this is a fault of vsonar, please report it with the program"
@@ -123,8 +126,8 @@ pub struct Explanation {
     pub uses: Uses,
     /// How often each line counts, if there is data.
     pub profile: Option<Profile>,
-    /// What each part contributes, if there is data; the greatest loss first.
-    pub contributions: Vec<Contribution>,
+    /// What each part contributes, if there is data.
+    pub contributions: Contributions,
     /// Which nodes of the trees do anything.
     #[serde(skip)]
     pub live: Live,
@@ -155,7 +158,7 @@ impl Explanation {
         let checked = check::Check::new(&listing.to_string(), &program)?.on_images(&images)?;
         let live = Live::of(individual, &program);
         let uses = Uses::of(individual, &listing, &program, before, &live);
-        Ok(Explanation { listing, checked, uses, profile: None, contributions: Vec::new(), live, program })
+        Ok(Explanation { listing, checked, uses, profile: None, contributions: Contributions::default(), live, program })
     }
 
     /// Adds what the program does on a data set whose images have the size of the explanation: the text is held
@@ -163,11 +166,11 @@ impl Explanation {
     /// correct within `tolerance` rows.
     ///
     /// # Errors
-    /// If the images are of another size.
+    /// If the images are of another size, or the system gives no threads.
     pub fn add_data(&mut self, set: &Dataset, tolerance: f64) -> Result<(), ExplainError> {
         self.checked = check::Check::new(&self.listing.to_string(), &self.program)?.on_data(set)?;
         self.profile = Some(Profile::of(&self.listing, set, tolerance));
-        self.contributions = contributions(&self.listing, set, tolerance);
+        self.contributions = contributions(&self.listing, set, tolerance)?;
         Ok(())
     }
 

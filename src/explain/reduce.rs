@@ -9,7 +9,7 @@ use vsonar_ir::{Direction, Program, Rect};
 use crate::lower::lower;
 use crate::tree::{Individual, Node, Tree, TreeIndex};
 
-/// How many nodes may be lowered in all, which bounds the time of large trees to about a second.
+/// How many nodes may be lowered in all, which bounds the time that large trees take.
 const WORK: usize = 4_000_000;
 
 /// The nodes of an individual that matter.

@@ -30,7 +30,7 @@ pub fn text(explanation: &Explanation, name: &str) -> String {
         let _ = writeln!(out, "\n{heading}");
         sweeps(explanation).iter().for_each(|line| wrap(line, "  ", &mut out));
     }
-    if !explanation.contributions.is_empty() {
+    if !explanation.contributions.tried.is_empty() {
         let _ = writeln!(out, "\nWithout each part, the greatest loss first");
         let rows = contributions(explanation);
         let widths: Vec<usize> =
@@ -92,7 +92,7 @@ pub fn markdown(explanation: &Explanation, name: &str) -> String {
             let _ = writeln!(out, "- {}", escape(&line));
         }
     }
-    if !explanation.contributions.is_empty() {
+    if !explanation.contributions.tried.is_empty() {
         let _ = writeln!(out, "\n## Without each part\n");
         let rows = contributions(explanation);
         for (i, row) in rows.iter().enumerate() {
@@ -173,7 +173,7 @@ pub fn notes(listing: &Listing) -> Vec<String> {
     listing.clone().sweeps_mut().for_each(|sweep| sweep.visit(&mut seen));
     let text = listing.to_string();
     let mut notes = vec![
-        "The window moves one pixel at a time. y is the row of its centre, from the top; x-obstacle the column asked \
+        "A window that moves does so by one pixel at a time. y is the row of its centre, from the top; x-obstacle the column asked \
          about; an operator's name its average over the window (-sq: of its squares). The answer is the last a."
             .to_string(),
     ];
@@ -210,9 +210,9 @@ pub fn notes(listing: &Listing) -> Vec<String> {
 pub fn uses(explanation: &Explanation) -> Vec<String> {
     let uses = &explanation.uses;
     let (nodes, live) = uses.nodes();
-    let more = if uses.complete { "" } else { " or more" };
+    let (at_most, more) = if uses.complete { ("", "") } else { ("at most ", " or more") };
     let mut out = vec![format!(
-        "{live} of {nodes} nodes do anything; introns: {}{more} ({}). {} operations before the optimiser, {} after.",
+        "{at_most}{live} of {nodes} nodes do anything; introns: {}{more} ({}). {} operations before the optimiser, {} after.",
         nodes - live,
         percent((nodes - live) as f64 / nodes.max(1) as f64),
         uses.operations_before,
@@ -295,7 +295,7 @@ fn lines_of_stops(explanation: &Explanation, number: usize) -> Vec<(usize, Quart
 /// The table of contributions: a heading and rows of loss, fitness, line, part and what is in its place.
 pub fn contributions(explanation: &Explanation) -> Vec<[String; 5]> {
     let mut rows = vec![["loss", "fitness", "line", "part", "in its place"].map(str::to_string)];
-    for c in explanation.contributions.iter().take(CONTRIBUTIONS) {
+    for c in explanation.contributions.tried.iter().take(CONTRIBUTIONS) {
         let part = match c.part.chars().count() {
             n if n > PART => c.part.chars().take(PART - 1).chain(['…']).collect(),
             _ => c.part.clone(),
@@ -311,9 +311,15 @@ pub fn contributions(explanation: &Explanation) -> Vec<[String; 5]> {
     rows
 }
 
-fn more(explanation: &Explanation) -> String {
-    match explanation.contributions.len().saturating_sub(CONTRIBUTIONS) {
+/// What the table leaves out, a line each.
+pub fn more(explanation: &Explanation) -> String {
+    let mut out = match explanation.contributions.tried.len().saturating_sub(CONTRIBUTIONS) {
         0 => String::new(),
-        n => format!("  and {n} more (`--json` has all)\n"),
+        n => format!("  and {n} more (`--json` has them)\n"),
+    };
+    if explanation.contributions.left_out > 0 {
+        let n = explanation.contributions.left_out;
+        let _ = writeln!(out, "  {n} further parts were not tried, for that would take too long");
     }
+    out
 }

@@ -56,23 +56,31 @@ impl Uses {
     ) -> Uses {
         let two = individual.first().is_some();
         let trees = individual.trees().enumerate().map(|(i, tree)| {
-            let first = two && i == 0;
             let name = if !two { "only" } else { ["first", "second"][i] };
-            // Where the first tree's answer is passed on, its sweep may stand in the place of the second.
-            let sweep = if first { listing.first.as_ref() } else { Some(&listing.second) };
-            let operators: Vec<&str> =
-                sweep.map_or(Vec::new(), |s| s.operands().iter().map(|o| o.name()).collect());
-            let names = |used: [bool; 5]| -> Vec<&'static str> {
-                REGISTER_NAMES.into_iter().zip(used).filter(|(_, used)| *used).map(|(name, _)| name).collect()
+            let register = |k: u8| REGISTER_NAMES.get(usize::from(k)).copied();
+            let live_nodes = |of: &dyn Fn(Node) -> Option<&'static str>| {
+                let nodes = tree.nodes().iter().zip(&live.nodes[i]);
+                distinct(nodes.filter(|(_, live)| **live).filter_map(|(&node, _)| of(node)))
             };
-            let [stored, read] = sweep.map_or([[false; 5]; 2], super::listing::Sweep::registers);
-            let (stored, read) = (names(stored), names(read));
-            let idle_operators = own(tree, |node| match node {
+            let all = |of: &dyn Fn(Node) -> Option<&'static str>| {
+                distinct(tree.nodes().iter().filter_map(|&node| of(node)))
+            };
+            let operator = |node: Node| match node {
                 Node::Image(operand) => Some(operand.name()),
                 _ => None,
+            };
+            let operators = live_nodes(&operator);
+            let idle_operators = all(&operator);
+            let stored = live_nodes(&|node| match node {
+                Node::Set(k) => register(k),
+                _ => None,
             });
-            let idle_registers = own(tree, |node| match node {
-                Node::Set(k) | Node::Read(k) => REGISTER_NAMES.get(usize::from(k)).copied(),
+            let read = live_nodes(&|node| match node {
+                Node::Read(k) => register(k),
+                _ => None,
+            });
+            let idle_registers = all(&|node| match node {
+                Node::Set(k) | Node::Read(k) => register(k),
                 _ => None,
             });
             TreeUses {
@@ -107,8 +115,8 @@ impl Uses {
 }
 
 /// What stands in a tree, each once, in order of name.
-fn own(tree: &Tree, of: impl Fn(Node) -> Option<&'static str>) -> Vec<&'static str> {
-    let mut names: Vec<&str> = tree.nodes().iter().filter_map(|&node| of(node)).collect();
+fn distinct(names: impl Iterator<Item = &'static str>) -> Vec<&'static str> {
+    let mut names: Vec<&str> = names.collect();
     names.sort_unstable();
     names.dedup();
     names

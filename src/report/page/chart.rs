@@ -150,7 +150,12 @@ impl Axis {
         let low = if zero { low.min(0.0) } else { low };
         let room = if high > low { 0.04 * (high - low) } else { 0.5 * high.abs().max(1.0) };
         let below = if zero && low == 0.0 { 0.0 } else { room };
-        Axis { label: label.to_string(), unit, range: low - below..high + room, names: Vec::new() }
+        let range = match unit {
+            // There are no shares beyond these.
+            Unit::Percent => (low - below).max(0.0)..(high + room).min(1.0),
+            Unit::Plain => low - below..high + room,
+        };
+        Axis { label: label.to_string(), unit, range, names: Vec::new() }
     }
 
     /// Shares from 0 to 100 %.

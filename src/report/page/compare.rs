@@ -32,11 +32,14 @@ fn medians(
     let mut series = Vec::new();
     for (i, setting) in settings.iter().enumerate() {
         let ink = Ink::Series((i % usize::from(super::chart::SERIES)) as u8);
-        let points = || of(setting).iter().enumerate().map(|(x, q)| (x as f64, q));
+        let all = of(setting);
+        let points = || thinned(all.len(), POINTS).into_iter().map(|x| (x as f64, &all[x]));
         let band = points().map(|(x, q)| (x, q.lower, q.upper)).collect();
         series.push(Series { name: None, ink, shape: Shape::Band(band) });
-        let line = points().map(|(x, q)| (x, q.median)).collect();
-        series.push(Series { name: Some(setting.name.clone()), ink, shape: Shape::Line(line) });
+        let line: Vec<(f64, f64)> = points().map(|(x, q)| (x, q.median)).collect();
+        // A line of one point is none.
+        let shape = if longest == 1 { Shape::Dots(line, 4) } else { Shape::Line(line) };
+        series.push(Series { name: Some(setting.name.clone()), ink, shape });
     }
     let headings: Vec<&str> =
         std::iter::once("generation").chain(settings.iter().map(|setting| setting.name.as_str())).collect();
@@ -98,9 +101,9 @@ fn spread(settings: &[Setting], runs: &[Run]) -> Result<Markup, PlotError> {
     let values = settings.iter().flat_map(|s| parts.iter().flat_map(|&part| scores(s, runs, part)));
     let y = Axis::around("cases solved", Unit::Percent, false, values);
     let plot = Plot { x: Axis::named("setting", names.collect()), y, series };
+    let names: Vec<&str> = parts.iter().map(|part| part.name()).collect();
     let mut description =
-        "Each dot is the winner of a run: from left to right in training, in validation, held out."
-            .to_string();
+        format!("Each dot is the winner of a run; from left to right: {}.", names.join(", "));
     for (i, setting) in settings.iter().enumerate().filter(|(_, setting)| is_long(setting)) {
         description += &format!(" {}: {}.", i + 1, setting.name);
     }
@@ -119,9 +122,12 @@ fn table(settings: &[Setting], runs: &[Run]) -> Table {
         let seconds = setting.seconds.map_or_else(none, |q| duration(q.median));
         let count = setting.runs.len().to_string();
         for (part, q) in &setting.parts {
+            // Of a run that is not complete what is held out was not looked at.
+            let scored = scores(setting, runs, *part).len();
+            let of = if scored == setting.runs.len() { count.clone() } else { format!("{scored} of {count}") };
             table.row([
                 setting.name.clone(),
-                count.clone(),
+                of,
                 part.name().to_string(),
                 quartiles(q),
                 percent(q.max),
@@ -147,6 +153,15 @@ fn table(settings: &[Setting], runs: &[Run]) -> Table {
     table
 }
 
+/// Whether some runs have more generations than others.
+fn lengths(runs: &[Run]) -> bool {
+    runs.iter().any(|run| run.records.len() != runs[0].records.len())
+}
+
+fn p_value(p: f64) -> String {
+    if p < 0.001 { "< 0.001".to_string() } else { format!("{p:.3}") }
+}
+
 fn pairs_table(comparison: &Comparison, part: Part) -> Table {
     let caption = format!(
         "Settings against each other ({}). A12: the probability that a run of the first is better; p: rank-sum test, then \
@@ -157,7 +172,7 @@ fn pairs_table(comparison: &Comparison, part: Part) -> Table {
     table.words.push(1);
     for pair in &comparison.pairs {
         let name = |setting: usize| comparison.settings[setting].name.clone();
-        let numbers = [pair.a12, pair.p, pair.corrected].map(|value| format!("{value:.3}"));
+        let numbers = [format!("{:.2}", pair.a12), p_value(pair.p), p_value(pair.corrected)];
         table.row([name(pair.first), name(pair.second)].into_iter().chain(numbers));
     }
     table
@@ -198,6 +213,7 @@ pub(super) fn page(
             "curves",
             "Over the generations",
             html! { div.plots {
+                @if lengths(runs) { p.caption { "Runs that ended sooner count as far as they got." } }
                 (medians("c-best", "Best so far, in training", shares(), "", settings, |s| &s.best)?)
                 (medians("c-mean", "Mean fitness", shares(), "", settings, |s| &s.mean)?)
                 (medians("c-nodes", "Mean size", None, "nodes", settings, |s| &s.nodes)?)

@@ -17,6 +17,7 @@ impl Comparison {
                 let mut key = flat(settings);
                 key.remove("seed");
                 key.insert("data".to_string(), run.data.clone());
+                key.extend(run.data_table.clone());
                 key
             })
             .collect();
@@ -70,7 +71,9 @@ fn pairs(settings: &[Setting], runs: &[Run], part: Part) -> Vec<Pair> {
     for first in 0..settings.len() {
         for second in first + 1..settings.len() {
             // Scores on different images tell nothing of settings.
-            let data = |setting: usize| settings[setting].runs.first().map(|&run| &runs[run].data);
+            let data = |setting: usize| {
+                settings[setting].runs.first().map(|&run| (&runs[run].data, &runs[run].data_table))
+            };
             if data(first) != data(second) {
                 continue;
             }

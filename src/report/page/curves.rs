@@ -23,7 +23,8 @@ fn lines(
     readings: &[(&str, Reading)],
 ) -> Result<Markup, PlotError> {
     let points = |reading: Reading| -> Vec<(f64, f64)> {
-        records.iter().filter_map(|r| Some((f64::from(r.generation), reading(r)?))).collect()
+        let shown = thinned(records.len(), POINTS).into_iter().map(|i| &records[i]);
+        shown.filter_map(|r| Some((f64::from(r.generation), reading(r)?))).collect()
     };
     let there: Vec<&(&str, Reading)> =
         readings.iter().filter(|(_, reading)| records.iter().any(|r| reading(r).is_some())).collect();
@@ -230,14 +231,14 @@ pub(super) fn time(run: &Run, prefix: &str) -> Result<Markup, PlotError> {
         }
         highest = highest.max(below);
     }
-    let wall: f64 = records.iter().map(|r| r.timing.wall).sum();
     let sums = records
         .iter()
         .map(phases)
         .fold([0.0; 6], |sums, phases| std::array::from_fn(|i| sums[i] + phases[i]));
     let mut total = Table::new("All generations together", &["phase", "time", "share"]);
+    let all: f64 = sums.iter().sum();
     for (name, seconds) in PHASES.iter().zip(sums) {
-        total.row([name.to_string(), duration(seconds), percent(seconds / wall.max(1e-9))]);
+        total.row([name.to_string(), duration(seconds), percent(seconds / all.max(1e-9))]);
     }
     let mut numbers = Table::new("Milliseconds by phase", &[&["generation"][..], &PHASES].concat());
     for i in rows(records.len()) {
@@ -256,7 +257,7 @@ pub(super) fn time(run: &Run, prefix: &str) -> Result<Markup, PlotError> {
         / records.iter().map(|r| r.timing.evaluate).sum::<f64>().max(1e-9);
     let description = format!(
         "{} in all. Time of evaluation is parted as that of its threads, which were at work {} of it.",
-        duration(wall),
+        duration(all),
         percent(busy)
     );
     let plot = Plot { x, y, series: series.collect() };

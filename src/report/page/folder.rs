@@ -113,6 +113,8 @@ impl Run {
             name: leaf.unwrap_or_else(|| folder.display().to_string()),
             folder: folder.display().to_string(),
             data,
+            data_table: BTreeMap::new(),
+            tested_on: None,
             preset,
             seed: settings.seed,
             population: settings.population,

@@ -1,5 +1,7 @@
 //! What a report says, before it is a page: plain data, also as JSON.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use crate::dataset::Transience;
@@ -30,6 +32,11 @@ pub struct Run {
     pub folder: String,
     /// The data, in words.
     pub data: String,
+    /// Each entry of the data's table in its settings, by dotted name: what tells data apart that are called the same.
+    #[serde(skip)]
+    pub data_table: BTreeMap<String, String>,
+    /// The images that it is tested on in place of those held out, if others were asked for.
+    pub tested_on: Option<String>,
     /// The preset that its settings are nearest to.
     pub preset: &'static str,
     /// The seed.
@@ -142,6 +149,8 @@ pub struct ProgramText {
     pub lines: Vec<String>,
     /// What each part contributes: a heading and rows, each of loss, fitness, line, part and what is in its place.
     pub contributions: Vec<[String; 5]>,
+    /// What these leave out.
+    pub more: String,
     /// The trees as an SVG document.
     #[serde(skip)]
     pub trees: String,
@@ -159,6 +168,7 @@ impl ProgramText {
             checked: text::checked(explanation),
             lines,
             contributions: text::contributions(explanation),
+            more: text::more(explanation),
             trees: explain::trees_svg(individual, &explanation.live),
         }
     }

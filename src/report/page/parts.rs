@@ -5,6 +5,9 @@ use maud::{Markup, PreEscaped, html};
 use super::chart::{Ink, Marker, Plot, PlotError, Shape};
 use crate::statistics::Quartiles;
 
+/// Points of a line, at most: more than a screen has across.
+pub(super) const POINTS: usize = 600;
+
 /// Rows of the numbers under a plot, at most; of more, every so manieth.
 const NUMBERS: usize = 120;
 

@@ -10,6 +10,8 @@ use super::parts::{Figure, Table, between, count, duration, grouped, maybe, none
 
 /// Bytes of the texts of the hall of fame, at most.
 const PROGRAM_BYTES: usize = 200_000;
+/// Bytes of the picture of the trees, at most.
+const TREE_BYTES: usize = 400_000;
 
 /// What a run is, in a few lines.
 pub(super) fn facts(run: &Run) -> Markup {
@@ -22,6 +24,7 @@ pub(super) fn facts(run: &Run) -> Markup {
     html! {
         dl.facts {
             dt { "Data" } dd { (run.data) }
+            @if let Some(dir) = &run.tested_on { dt { "Tested on" } dd { (dir) ", in place of what was held out" } }
             dt { "Settings" } dd { "preset " (run.preset) (changed) ", seed " (run.seed) }
             dt { "Size" } dd {
                 (grouped(f64::from(run.population))) " individuals, " (run.records.len()) " of "
@@ -37,7 +40,7 @@ pub(super) fn facts(run: &Run) -> Markup {
 pub(super) fn notes(run: &Run) -> Markup {
     html! {
         @if let Some(warning) = &run.warning { p.note { strong { "Collapsed: " } (warning) } }
-        @if !run.is_complete() && !run.records.is_empty() {
+        @if !run.is_complete() && !run.records.is_empty() && run.tested_on.is_none() {
             p.note { "The run is not complete: held-out images are left alone until it is." }
         }
         @for missing in &run.missing { p.note { (missing) } }
@@ -257,10 +260,15 @@ pub(super) fn program(program: &Program) -> Markup {
             @if let [heading, rows @ ..] = &text.contributions[..] && !rows.is_empty() {
                 h3 { "Without each part" }
                 (contributions(heading, rows).html())
+                @if !text.more.is_empty() { p.caption { (text.more.trim()) } }
             }
-            details {
-                summary { "The trees; what does nothing is pale" }
-                div.scroll tabindex="0" { img.plain alt="The trees, as they are written below" src=(svg_uri(&text.trees)); }
+            @if text.trees.len() <= TREE_BYTES {
+                details {
+                    summary { "The trees; what does nothing is pale" }
+                    div.scroll tabindex="0" { img.plain alt="The trees, as they are written below" src=(svg_uri(&text.trees)); }
+                }
+            } @else {
+                p { "The trees are too large for a picture here; " code { "vsonar explain --svg" } " draws them." }
             }
         }
         h3 { "As it evolved" }
