@@ -9,15 +9,17 @@ use vsonar::world::{Corridor, FRAMES};
 
 use super::output::{self, count, shell_word};
 use super::program::size;
-use super::{CliError, source};
+use super::{CliError, data_import, source};
 
 const EXAMPLES: &str = "\
 Examples:
   vsonar data check photos                report on a folder, every fault with its line
   vsonar data synth corridor              write the images that `vsonar evolve` uses when it is given none
-  vsonar data synth elsewhere --seed 2    another building";
+  vsonar data synth elsewhere --seed 2    another building
+  vsonar data import labelme photos --ground floor --out labelled
+                                          what was annotated with LabelMe, COCO or as masks";
 
-/// Check a data folder, or write one of synthetic images
+/// Check a data folder, or make one: of annotated images, or synthetic
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -27,6 +29,7 @@ pub(crate) struct Args {
 
 #[derive(Subcommand)]
 enum Command {
+    Import(data_import::Args),
     /// Report what a data folder holds, the best constant answers as the floor to beat, and every fault
     ///
     /// Ends with exit code 1 if there are faults.
@@ -64,6 +67,7 @@ enum Command {
 /// Checks or writes a folder.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     match args.command {
+        Command::Import(args) => data_import::run(args),
         Command::Check { dir, json } => {
             let report = dataset::check(&dir);
             if json {

@@ -13,6 +13,7 @@ mod cases;
 mod completions;
 mod data;
 mod data_args;
+mod data_import;
 mod drive;
 mod drive_scores;
 mod drive_sensor;

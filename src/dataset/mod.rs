@@ -37,6 +37,7 @@ mod between;
 mod check;
 mod constants;
 mod fault;
+pub mod import;
 mod part;
 mod pixels;
 mod save;

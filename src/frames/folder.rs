@@ -83,7 +83,7 @@ fn leaf(path: &Path) -> String {
 }
 
 /// Compares names with the numbers in them taken as numbers; names that differ in leading zeros only, as text.
-fn natural(a: &str, b: &str) -> Ordering {
+pub(crate) fn natural(a: &str, b: &str) -> Ordering {
     let (mut left, mut right) = (a.as_bytes(), b.as_bytes());
     while let (Some(&x), Some(&y)) = (left.first(), right.first()) {
         if x.is_ascii_digit() && y.is_ascii_digit() {
