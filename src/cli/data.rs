@@ -9,7 +9,7 @@ use vsonar::world::{Corridor, FRAMES};
 
 use super::output::{self, count, shell_word};
 use super::program::size;
-use super::{CliError, data_import, source};
+use super::{CliError, data_import, data_video, source};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -17,9 +17,11 @@ Examples:
   vsonar data synth corridor              write the images that `vsonar evolve` uses when it is given none
   vsonar data synth elsewhere --seed 2    another building
   vsonar data import labelme photos --ground floor --out labelled
-                                          what was annotated with LabelMe, COCO or as masks";
+                                          what was annotated with LabelMe, COCO or as masks
+  vsonar data video drive.mp4 --out frames
+                                          images to be labelled, a frame each second";
 
-/// Check a data folder, or make one: of annotated images, or synthetic
+/// Check a data folder, or make one: of annotated images, of a video, or synthetic
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -30,6 +32,7 @@ pub(crate) struct Args {
 #[derive(Subcommand)]
 enum Command {
     Import(data_import::Args),
+    Video(data_video::Args),
     /// Report what a data folder holds, the best constant answers as the floor to beat, and every fault
     ///
     /// Ends with exit code 1 if there are faults.
@@ -68,6 +71,7 @@ enum Command {
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     match args.command {
         Command::Import(args) => data_import::run(args),
+        Command::Video(args) => data_video::run(args),
         Command::Check { dir, json } => {
             let report = dataset::check(&dir);
             if json {

@@ -12,6 +12,7 @@ mod evolve;
 mod export;
 mod export_faults;
 mod help;
+mod import;
 mod interruption;
 mod kill;
 mod live;
