@@ -47,6 +47,8 @@ mod runs_report;
 mod sensitivity;
 mod settings;
 mod show;
+mod show_drawing;
+mod show_video;
 mod source;
 mod summary;
 mod sweep;

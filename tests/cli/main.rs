@@ -24,3 +24,4 @@ mod show;
 mod sweep;
 mod sweep_faults;
 mod synth;
+mod video;
