@@ -87,7 +87,8 @@ struct Summary {
 /// Makes a folder.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let mut folder = NewFolder::check(&args.out)?;
-    let there = std::fs::metadata(&args.file).map_err(|e| CliError::file(&args.file, "read the video", &e))?;
+    let there =
+        std::fs::metadata(&args.file).map_err(|e| CliError::file(&args.file, "read the video", &e))?;
     if there.is_dir() {
         let text = format!("{}: is a folder; give one video at a time", args.file.display());
         return Err(CliError::Failed(text));
@@ -105,7 +106,9 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let (frames, (width, height)) = match taken {
         Ok(taken) => {
             let ended = running.finish()?;
-            ended.map_err(|said| CliError::Failed(format!("{origin}: ffmpeg stopped half-way: {said}; nothing was written")))?;
+            ended.map_err(|said| {
+                CliError::Failed(format!("{origin}: ffmpeg stopped half-way: {said}; nothing was written"))
+            })?;
             taken
         }
         // What ffmpeg says is nearer to the cause than that there is nothing to read.
@@ -115,7 +118,9 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
                 return Err(CliError::Failed(text));
             }
             Ok(()) if args.start.is_some() => {
-                let text = format!("{origin}: there is no frame at that time or after it; choose an earlier `--start`");
+                let text = format!(
+                    "{origin}: there is no frame at that time or after it; choose an earlier `--start`"
+                );
                 return Err(CliError::Failed(text));
             }
             Ok(()) => return Err(error),
@@ -235,10 +240,14 @@ mod tests {
 
     #[test]
     fn times() {
-        for (text, seconds) in [("0", 0.0), ("90.5", 90.5), ("1:30", 90.0), ("1:02:30.25", 3750.25), ("90:00", 5400.0)] {
+        for (text, seconds) in
+            [("0", 0.0), ("90.5", 90.5), ("1:30", 90.0), ("1:02:30.25", 3750.25), ("90:00", 5400.0)]
+        {
             assert_eq!(time(text), Ok(seconds), "{text}");
         }
-        for wrong in ["", "-1", ":", "1:", ":1", "1:60", "1:2:3:4", "nan", "inf", "1e3", "1.2.3", "1.5:00", "99999999"] {
+        for wrong in
+            ["", "-1", ":", "1:", ":1", "1:60", "1:2:3:4", "nan", "inf", "1e3", "1.2.3", "1.5:00", "99999999"]
+        {
             assert!(time(wrong).is_err(), "{wrong}");
         }
     }

@@ -156,7 +156,8 @@ mod tests {
     fn what_it_says_is_shortened() {
         use std::os::unix::process::ExitStatusExt;
         let status = ExitStatus::from_raw(256);
-        let said = "[mov,mp4 @ 0x55d0] moov atom not found\nmoov atom not found\n\nfile:a.mp4: Invalid data\n";
+        let said =
+            "[mov,mp4 @ 0x55d0] moov atom not found\nmoov atom not found\n\nfile:a.mp4: Invalid data\n";
         assert_eq!(shortened(said, status), "moov atom not found; file:a.mp4: Invalid data");
         assert_eq!(shortened("1\n2\n3\n4\n5", status), "3; 4; 5");
         assert_eq!(shortened("", status), "it ended with exit status: 1");

@@ -92,7 +92,10 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 /// the flag that it sets.
 fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError>) -> Result<(), CliError> {
     if args.programs.len() > MOST_DETECTORS {
-        let text = format!("{} programs are more than fit into a picture; give {MOST_DETECTORS} at most", args.programs.len());
+        let text = format!(
+            "{} programs are more than fit into a picture; give {MOST_DETECTORS} at most",
+            args.programs.len()
+        );
         return Err(CliError::Usage(text));
     }
     let individuals = args.programs.iter().map(Individual::load).collect::<Result<Vec<_>, _>>()?;

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 use vsonar::dataset::Dataset;
 use vsonar::report::{
-    Column, LEGEND, LEGEND_SEVERAL, Style, Tile, contact_sheet, contact_sheet_of_several, draw, draw_several, letter,
-    with_lines,
+    Column, LEGEND, LEGEND_SEVERAL, Style, Tile, contact_sheet, contact_sheet_of_several, draw, draw_several,
+    letter, with_lines,
 };
 
 use super::output::percent;
@@ -24,7 +24,12 @@ pub(crate) struct Drawing<'a> {
 
 impl<'a> Drawing<'a> {
     /// Of at least one program and its answers to all cases.
-    pub(crate) fn new(set: &'a Dataset, programs: &[PathBuf], answers: &[Vec<f32>], style: Style) -> Drawing<'a> {
+    pub(crate) fn new(
+        set: &'a Dataset,
+        programs: &[PathBuf],
+        answers: &[Vec<f32>],
+        style: Style,
+    ) -> Drawing<'a> {
         let mut columns = vec![vec![Vec::new(); programs.len()]; set.images().len()];
         for (program, answers) in answers.iter().enumerate() {
             for (case, &answer) in set.cases().iter().zip(answers) {
@@ -76,7 +81,9 @@ impl<'a> Drawing<'a> {
     pub(crate) fn sheet(&self, tiles: &[Tile], columns: usize) -> RgbImage {
         let set = self.set.name();
         match &self.names[..] {
-            [only] => contact_sheet(tiles, columns, &format!("{only} on {set}: {}. {LEGEND}", self.result_of(0))),
+            [only] => {
+                contact_sheet(tiles, columns, &format!("{only} on {set}: {}. {LEGEND}", self.result_of(0)))
+            }
             several => {
                 let heading = format!("{} programs on {set}. {LEGEND_SEVERAL}", several.len());
                 let key = |(i, name): (usize, &String)| format!("{name}: {}", self.result_of(i));
@@ -91,7 +98,8 @@ impl<'a> Drawing<'a> {
         match &self.names[..] {
             [_] => self.result_of(0),
             several => {
-                let line = |(i, name): (usize, &String)| format!("{} {name}: {}", letter(i), self.result_of(i));
+                let line =
+                    |(i, name): (usize, &String)| format!("{} {name}: {}", letter(i), self.result_of(i));
                 several.iter().enumerate().map(line).collect::<Vec<_>>().join("\n")
             }
         }
@@ -118,7 +126,8 @@ impl<'a> Drawing<'a> {
 /// The names of the files, with as many of the folders around them as it takes to tell them apart.
 fn short_names(paths: &[PathBuf]) -> Vec<String> {
     let last = |path: &Path, parts: usize| {
-        let all: Vec<_> = path.components().map(|part| part.as_os_str().to_string_lossy().into_owned()).collect();
+        let all: Vec<_> =
+            path.components().map(|part| part.as_os_str().to_string_lossy().into_owned()).collect();
         all[all.len().saturating_sub(parts)..].join("/")
     };
     let longest = paths.iter().map(|path| path.components().count()).max().unwrap_or(1);

@@ -26,24 +26,29 @@ pub(crate) struct Video {
 enum Kind {
     Y4m,
     /// Whether the table of frames should be moved to the front, so that it plays while it is loaded.
-    Encoded { movable: bool },
+    Encoded {
+        movable: bool,
+    },
 }
 
 impl Video {
     /// Plans a video; nothing is written yet.
     pub(crate) fn check(path: &Path) -> Result<Video, CliError> {
-        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let ending =
+            path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
         let kind = match ending.as_str() {
             "y4m" => Kind::Y4m,
             "mp4" | "mov" => Kind::Encoded { movable: true },
             "mkv" | "webm" => Kind::Encoded { movable: false },
             _ => {
-                let text = format!("--video: {}: end the name with .y4m, .mp4, .mkv, .mov or .webm", path.display());
+                let text =
+                    format!("--video: {}: end the name with .y4m, .mp4, .mkv, .mov or .webm", path.display());
                 return Err(CliError::Usage(text));
             }
         };
         if path.symlink_metadata().is_ok() {
-            let text = format!("{}: exists already and is never overwritten; choose another name", path.display());
+            let text =
+                format!("{}: exists already and is never overwritten; choose another name", path.display());
             return Err(CliError::Failed(text));
         }
         let mut hidden = std::ffi::OsString::from(".");
@@ -64,7 +69,8 @@ impl Video {
         match self.kind {
             Kind::Y4m => {
                 let file = File::create_new(&self.part).map_err(failed)?;
-                let file = stream(BufWriter::new(file), frames, rate, stop).map_err(|e| self.broken(e, stop))?;
+                let file =
+                    stream(BufWriter::new(file), frames, rate, stop).map_err(|e| self.broken(e, stop))?;
                 file.into_inner().map_err(|e| failed(e.into_error()))?.sync_all().map_err(failed)?;
             }
             Kind::Encoded { movable } => {

@@ -175,7 +175,12 @@ impl Bars {
         }
         let (width, rows) = (i64::from(font::WIDTH) * size, i64::from(font::HEIGHT - 2) * size);
         let top = pen.rows() * pen.scale - rows - 2 * size;
-        let plate = Area { left: x - width / 2 - size, top: top - size, right: x - width / 2 + width + size, bottom: top + rows + size };
+        let plate = Area {
+            left: x - width / 2 - size,
+            top: top - size,
+            right: x - width / 2 + width + size,
+            bottom: top + rows + size,
+        };
         pen.canvas.fill(plate, colour(detector));
         pen.canvas.text((x - width / 2, top), size, &letter(detector).to_string(), BLACK);
     }
@@ -199,7 +204,14 @@ pub fn with_lines(picture: &RgbImage, lines: &[String]) -> RgbImage {
 }
 
 /// A detector's letter on its colour, and a text beside it that is cut to a width.
-pub(super) fn key(canvas: &mut Canvas, (x, y): (i64, i64), size: u32, detector: usize, text: &str, width: u32) {
+pub(super) fn key(
+    canvas: &mut Canvas,
+    (x, y): (i64, i64),
+    size: u32,
+    detector: usize,
+    text: &str,
+    width: u32,
+) {
     let scale = i64::from(size);
     let side = i64::from(font::WIDTH + 2) * scale;
     let plate = Area { left: x, top: y, right: x + side, bottom: y + i64::from(font::HEIGHT) * scale };
@@ -217,7 +229,11 @@ mod tests {
     fn drawn(answers: &[f32]) -> RgbImage {
         let image = GrayImage::from_pixel(320, 240, Luma([99]));
         let one = |&answer: &f32| [80, 240].map(|x| Column { x, label: 100, answer }).to_vec();
-        draw_several(&image, &answers.iter().map(one).collect::<Vec<_>>(), &Style { scale: 2, ..Style::default() })
+        draw_several(
+            &image,
+            &answers.iter().map(one).collect::<Vec<_>>(),
+            &Style { scale: 2, ..Style::default() },
+        )
     }
 
     fn count(picture: &RgbImage, wanted: Colour, rows: std::ops::Range<u32>) -> usize {
@@ -244,7 +260,10 @@ mod tests {
         let (right, wrong) = (drawn(&[100.0, 100.0]), drawn(&[100.0, 160.0]));
         let aside = |picture: &RgbImage| {
             let near = |x: u32| x.abs_diff(161) > 14 && x.abs_diff(161) < 40;
-            picture.enumerate_pixels().filter(|(x, y, p)| near(*x) && (300..345).contains(y) && **p == colour(1)).count()
+            picture
+                .enumerate_pixels()
+                .filter(|(x, y, p)| near(*x) && (300..345).contains(y) && **p == colour(1))
+                .count()
         };
         assert_eq!(aside(&right), 0);
         assert!(aside(&wrong) > 0);

@@ -48,7 +48,11 @@ impl Tile {
     pub fn new(picture: &RgbImage, name: impl Into<String>, correct: usize, total: usize) -> Tile {
         // Not by colour alone.
         let (colour, underlined) = if correct == total { (RIGHT, false) } else { (WRONG, true) };
-        Tile::with(picture, name.into(), vec![Score { text: format!("{correct}/{total}"), colour, underlined }])
+        Tile::with(
+            picture,
+            name.into(),
+            vec![Score { text: format!("{correct}/{total}"), colour, underlined }],
+        )
     }
 
     /// The same of several detectors, of each of which so many answers are correct.

@@ -91,7 +91,10 @@ fn several_programs_are_side_by_side() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "pictures: 6 pictures, all of them on contact-sheet.png");
     assert!(lines[1].starts_with(&format!("A p.gp: {} of 24 answers", correct("p.gp"))), "{text}");
-    assert!(lines[2].starts_with(&format!("B other/p.gp: {} of 24 answers", correct("other/p.gp"))), "{text}");
+    assert!(
+        lines[2].starts_with(&format!("B other/p.gp: {} of 24 answers", correct("other/p.gp"))),
+        "{text}"
+    );
     assert_eq!(names(&place, "pictures").len(), 7);
     let open = |name: &str| image::open(place.path(name)).expect("a picture").into_rgb8();
     let picture = open("pictures/drive_a_0.png");
@@ -120,7 +123,8 @@ fn several_programs_are_side_by_side() {
 fn pictures_as_frames_of_a_video() {
     let place = several();
     let flags = ["--data", "data", "--scale", "2", "--fps", "12.5"];
-    let text = place.ok(&[&["show", "p.gp", "--video", "answers.y4m", "--out", "pictures"], &flags[..]].concat());
+    let text =
+        place.ok(&[&["show", "p.gp", "--video", "answers.y4m", "--out", "pictures"], &flags[..]].concat());
     assert!(text.contains("\nanswers.y4m: 6 frames\n") && text.contains("pictures: 6 pictures"), "{text}");
     let file = BufReader::new(File::open(place.path("answers.y4m")).expect("there"));
     let mut reader = Reader::new(file, "answers.y4m").expect("a video");
@@ -191,7 +195,10 @@ fn videos_that_cannot_be_written_leave_nothing_behind() {
     };
     for flags in [&["--video", "a.mp4"][..], &["--video", "a.webm", "--out", "x"]] {
         let complaint = one_error(&without(flags), 1);
-        assert!(complaint.contains("cannot run `no/ffmpeg`") && complaint.contains("install ffmpeg"), "{complaint}");
+        assert!(
+            complaint.contains("cannot run `no/ffmpeg`") && complaint.contains("install ffmpeg"),
+            "{complaint}"
+        );
         assert!(before == place.everything(), "{flags:?}");
     }
     assert!(without(&["--video", "a.y4m"]).status.success(), "Y4M needs no ffmpeg");

@@ -22,7 +22,8 @@ fn y4m(frames: u8) -> Vec<u8> {
 
 /// The frames of a folder, by the numbers of those that they were.
 fn taken(folder: &Path) -> Vec<u8> {
-    let mut names: Vec<_> = std::fs::read_dir(folder).expect("there").map(|e| e.expect("readable").path()).collect();
+    let mut names: Vec<_> =
+        std::fs::read_dir(folder).expect("there").map(|e| e.expect("readable").path()).collect();
     names.sort();
     for (i, path) in names.iter().enumerate() {
         assert_eq!(path.file_name().expect("a name").to_string_lossy(), format!("frame_{:06}.png", i + 1));
@@ -65,14 +66,19 @@ fn frames_are_taken_at_even_distances() {
             let out = format!("{video}-{i}");
             let said = place.ok(&[&["data", "video", video, "--out", &out], flags].concat());
             assert_eq!(taken(&place.path(&out)), expected, "{video} {flags:?}");
-            let (start, end) = (format!("{out}: {} frame", expected.len()), format!("Next: vsonar label {out}\n"));
+            let (start, end) =
+                (format!("{out}: {} frame", expected.len()), format!("Next: vsonar label {out}\n"));
             assert!(said.starts_with(&start) && said.ends_with(&end), "{said}");
         }
     }
     let flags = ["--crop", "16,0,32,32", "--size", "16x16", "--json", "--out", "small"];
     let said = place.ok(&[&["data", "video", "v.mkv"], &flags[..]].concat());
     let said: serde_json::Value = serde_json::from_str(&said).expect("JSON");
-    assert_eq!((&said["frames"], &said["width"], &said["height"]), (&3.into(), &16.into(), &16.into()), "{said}");
+    assert_eq!(
+        (&said["frames"], &said["width"], &said["height"]),
+        (&3.into(), &16.into(), &16.into()),
+        "{said}"
+    );
     assert_eq!(taken(&place.path("small")), [0, 10, 20]);
 }
 
@@ -114,7 +120,10 @@ fn videos_that_cannot_be_used() {
     let mut command = place.command(&["data", "video", "v.y4m", "--out", "x"]);
     let output = command.env("VSONAR_FFMPEG", "no/ffmpeg").output().expect("started");
     let complaint = one_error(&output, 1);
-    assert!(complaint.contains("cannot run `no/ffmpeg`") && complaint.contains("install ffmpeg"), "{complaint}");
+    assert!(
+        complaint.contains("cannot run `no/ffmpeg`") && complaint.contains("install ffmpeg"),
+        "{complaint}"
+    );
     assert!(before == place.everything());
     if !has_ffmpeg() {
         return;
@@ -159,7 +168,11 @@ mod stand_ins {
         let place = Place::new();
         let whole = y4m(3);
         for (video, text, said) in [
-            (&whole[..], "cat v.y4m; echo broken pipe dream >&2; exit 3", "ffmpeg stopped half-way: broken pipe dream"),
+            (
+                &whole[..],
+                "cat v.y4m; echo broken pipe dream >&2; exit 3",
+                "ffmpeg stopped half-way: broken pipe dream",
+            ),
             (&whole[..whole.len() - 9], "cat v.y4m", "frame 2: the stream ends after 3063 of its 3072 bytes"),
             (b"nonsense", "cat v.y4m", "there is no frame in it"),
             (b"", "cat v.y4m", "there is no frame in it"),

@@ -73,7 +73,8 @@ struct Picked {
 pub fn find(path: &Path, images: &Path, labels: &Labels) -> Result<Found, ImportError> {
     let file: File = bounded::json(path, MAX_BYTES)?;
     let categories: BTreeMap<u64, &str> = file.categories.iter().map(|c| (c.id, c.name.as_str())).collect();
-    let mut found = Found { labels: file.categories.iter().map(|c| c.name.clone()).collect(), ..Found::default() };
+    let mut found =
+        Found { labels: file.categories.iter().map(|c| c.name.clone()).collect(), ..Found::default() };
     let mut places: HashMap<u64, usize> = HashMap::new();
     let mut pictures = Vec::with_capacity(file.images.len());
     for (i, image) in file.images.into_iter().enumerate() {
@@ -90,7 +91,8 @@ pub fn find(path: &Path, images: &Path, labels: &Labels) -> Result<Found, Import
             return Err(ImportError::at(path, place("image_id"), text));
         };
         let Some(category) = categories.get(&annotation.category_id) else {
-            let text = format!("there is no category of the id {}; export the file anew", annotation.category_id);
+            let text =
+                format!("there is no category of the id {}; export the file anew", annotation.category_id);
             return Err(ImportError::at(path, place("category_id"), text));
         };
         let picked = &mut pictures[at];
@@ -143,7 +145,9 @@ pub fn find(path: &Path, images: &Path, labels: &Labels) -> Result<Found, Import
 /// The region of an object; run lengths tell the size of an image that does not tell it itself.
 fn region(segmentation: Option<Segmentation>, image: &mut Image) -> Result<Region, String> {
     match segmentation {
-        None => Err("is missing, so that nobody knows which pixels are meant; annotate the outline".to_string()),
+        None => {
+            Err("is missing, so that nobody knows which pixels are meant; annotate the outline".to_string())
+        }
         Some(Segmentation::Polygons(lists)) if lists.is_empty() => {
             Err("is empty, so that nobody knows which pixels are meant; annotate the outline".to_string())
         }
@@ -157,7 +161,9 @@ fn region(segmentation: Option<Segmentation>, image: &mut Image) -> Result<Regio
                 }
                 match list.iter().all(|c| c.is_finite()) {
                     true => Ok(list.chunks_exact(2).map(|point| [point[0], point[1]]).collect()),
-                    false => Err(format!("polygon {i} has a corner that is not a pair of numbers; draw it again")),
+                    false => {
+                        Err(format!("polygon {i} has a corner that is not a pair of numbers; draw it again"))
+                    }
                 }
             };
             Ok(Region::Polygons(lists.into_iter().enumerate().map(polygon).collect::<Result<_, String>>()?))
@@ -172,12 +178,76 @@ fn region(segmentation: Option<Segmentation>, image: &mut Image) -> Result<Regio
             }
             (image.width, image.height) = (Some(width), Some(height));
             let sides = u32::try_from(width).ok().zip(u32::try_from(height).ok());
-            let sides = sides.ok_or_else(|| format!("{width}x{height} pixels are more than any picture has"))?;
+            let sides =
+                sides.ok_or_else(|| format!("{width}x{height} pixels are more than any picture has"))?;
             let runs = match counts {
                 Counts::Numbers(counts) => Runs::new(&counts, sides),
                 Counts::Text(text) => Runs::from_text(&text, sides),
             };
             runs.map(Region::Runs).map_err(|e| e.to_string())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use image::GrayImage;
+
+    use super::super::View;
+    use super::*;
+
+    const COCO: &str = r#"{
+        "images": [
+            {"id": 3, "file_name": "b_10.png", "width": 16, "height": 20},
+            {"id": 2, "file_name": "b_9.png"},
+            {"id": 1, "file_name": "empty.png"}
+        ],
+        "categories": [{"id": 1, "name": "floor"}, {"id": 2, "name": "box"}, {"id": 3, "name": "glass"}],
+        "annotations": [
+            {"image_id": 3, "category_id": 2, "segmentation": [[4, 0, 8, 0, 8, 12, 4, 12], [9, 0, 10, 0, 10, 7, 9, 7]]},
+            {"image_id": 3, "category_id": 1, "segmentation": [[0, 5, 16, 5, 16, 20, 0, 20]], "iscrowd": 0},
+            {"image_id": 2, "category_id": 1, "iscrowd": 1, "segmentation": {"size": [20, 16], "counts": [5, 15, 300]}},
+            {"image_id": 2, "category_id": 3, "segmentation": {"size": [20, 16], "counts": "d05W9"}}
+        ]
+    }"#;
+
+    fn found(named: Named, names: &[&str], ignored: &[&str]) -> (tempfile::TempDir, Found) {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        for name in ["b_9.png", "b_10.png", "empty.png"] {
+            GrayImage::new(16, 20).save(dir.path().join(name)).expect("writable");
+        }
+        let file = dir.path().join("coco.json");
+        fs::write(&file, COCO).expect("writable");
+        let set = |names: &[&str]| names.iter().map(ToString::to_string).collect();
+        let labels = Labels { named, names: set(names), ignored: set(ignored) };
+        let found = find(&file, dir.path(), &labels).expect("sound");
+        (dir, found)
+    }
+
+    #[test]
+    fn obstacles_cover_ground_whatever_the_order() {
+        let (_dir, found) = found(Named::Ground, &["floor"], &[]);
+        let names: Vec<&str> = found.items.iter().map(|item| item.name.as_str()).collect();
+        assert_eq!(names, ["b_9.png", "b_10.png"], "in natural order");
+        assert_eq!(found.left_out[0].name, "empty.png");
+        let labels = |i: usize, columns: &[u32]| {
+            found.items[i].labelled(&View::default(), (16, 20), columns).expect("sound").labels
+        };
+        assert_eq!(labels(1, &[3, 4, 7, 8, 9]), [(3, 4), (4, 11), (7, 11), (8, 4), (9, 6)]);
+        assert_eq!(labels(0, &[0, 1]), [(0, 4), (1, 19)]);
+    }
+
+    #[test]
+    fn without_obstacles_all_is_ground() {
+        let (_dir, found) = found(Named::Other, &["box"], &["glass"]);
+        assert_eq!(found.items.len(), 3);
+        let labelled =
+            |i: usize| found.items[i].labelled(&View::default(), (16, 20), &[0, 1, 4]).expect("sound");
+        assert_eq!(labelled(2).labels, [(0, 0), (1, 0), (4, 0)]);
+        assert_eq!(labelled(1).labels, [(0, 0), (1, 0), (4, 11)]);
+        // Glass, of which nobody knows: 20 pixels, 5 of it, and the rest not.
+        assert_eq!((labelled(0).labels, labelled(0).undecided), (vec![(0, 0), (4, 0)], 1));
     }
 }

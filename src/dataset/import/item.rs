@@ -135,8 +135,10 @@ impl Item {
         if own != size {
             return Err(ImportError::Uneven { path: self.path().into(), size: own, first: size });
         }
-        let (xs, ys): (Vec<u32>, Vec<u32>) = (view.columns(original).collect(), view.rows(original).collect());
-        let fits = |annotation: &Path, said: (u64, u64)| match said == (original.0.into(), original.1.into()) {
+        let (xs, ys): (Vec<u32>, Vec<u32>) =
+            (view.columns(original).collect(), view.rows(original).collect());
+        let fits = |annotation: &Path, said: (u64, u64)| match said == (original.0.into(), original.1.into())
+        {
             true => Ok(()),
             false => Err(ImportError::Sizes {
                 annotation: annotation.into(),
@@ -182,7 +184,9 @@ impl Item {
                 for &column in columns {
                     all.clear();
                     all.resize(original.1 as usize, *base);
-                    regions.iter().for_each(|(region, surface)| region.paint(xs[column as usize], *surface, &mut all));
+                    regions
+                        .iter()
+                        .for_each(|(region, surface)| region.paint(xs[column as usize], *surface, &mut all));
                     seen.clear();
                     seen.extend(ys.iter().map(|&y| all[y as usize]));
                     note(column, &seen);

@@ -114,7 +114,9 @@ fn read(
     }
     let mut regions: Vec<(Region, Surface)> = Vec::with_capacity(file.shapes.len());
     for (i, shape) in file.shapes.iter().enumerate() {
-        if let Some(region) = region(shape).map_err(|problem| ImportError::at(path, format!("shapes[{i}]"), problem))? {
+        if let Some(region) =
+            region(shape).map_err(|problem| ImportError::at(path, format!("shapes[{i}]"), problem))?
+        {
             regions.push((region, labels.of(&shape.label)));
         }
     }
@@ -140,11 +142,16 @@ fn region(shape: &Shape) -> Result<Option<Region>, String> {
     }
     let number = |wanted: usize| match points.len() == wanted {
         true => Ok(()),
-        false => Err(format!("has {} points, and {wanted} are needed; draw it again or remove it", points.len())),
+        false => {
+            Err(format!("has {} points, and {wanted} are needed; draw it again or remove it", points.len()))
+        }
     };
     Ok(Some(match shape.kind.as_deref().unwrap_or("polygon") {
         "polygon" if points.len() < 3 => {
-            return Err(format!("a polygon of {} points has no area; draw it again or remove it", points.len()));
+            return Err(format!(
+                "a polygon of {} points has no area; draw it again or remove it",
+                points.len()
+            ));
         }
         "polygon" => Region::Polygons(vec![points.clone()]),
         "rectangle" => {
@@ -171,16 +178,22 @@ fn region(shape: &Shape) -> Result<Option<Region>, String> {
 
 /// The region of a mask in a shape: a picture whose pixels above 0 belong to it, its upper left one at a point.
 fn bitmap([x, y]: [f64; 2], text: &str) -> Result<Region, String> {
-    let wrong = |problem: &dyn std::fmt::Display| format!("its mask cannot be read: {problem}; draw it again");
+    let wrong =
+        |problem: &dyn std::fmt::Display| format!("its mask cannot be read: {problem}; draw it again");
     let bytes = STANDARD.decode(text.trim()).map_err(|e| wrong(&e))?;
-    let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format().map_err(|e| wrong(&e))?;
+    let mut reader =
+        image::ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format().map_err(|e| wrong(&e))?;
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(MAX_BYTES);
     reader.limits(limits);
     let mask = reader.decode().map_err(|e| wrong(&e))?.into_luma8();
     let inside = mask.iter().map(|&value| value > 0).collect();
     // What is far outside stays there.
-    Ok(Region::Pixels { corner: [x.round() as i32, y.round() as i32].map(i64::from), width: mask.width(), inside })
+    Ok(Region::Pixels {
+        corner: [x.round() as i32, y.round() as i32].map(i64::from),
+        width: mask.width(),
+        inside,
+    })
 }
 
 /// The picture inside a file.
@@ -188,7 +201,72 @@ pub(super) fn embedded(path: &Path) -> Result<GrayImage, ImportError> {
     let file: Data = bounded::json(path, MAX_BYTES)?;
     let bytes = STANDARD.decode(file.data.unwrap_or_default().trim());
     let bytes = bytes.map_err(|e| {
-        ImportError::at(path, "imageData", format!("{e}; save it again, or set it to null to take the file of imagePath"))
+        ImportError::at(
+            path,
+            "imageData",
+            format!("{e}; save it again, or set it to null to take the file of imagePath"),
+        )
     })?;
     Ok(decode_gray(&bytes, path)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::super::View;
+    use super::*;
+
+    fn labels(named: Named, names: &[&str]) -> Labels {
+        let names = names.iter().map(ToString::to_string).collect();
+        Labels { named, names, ignored: Default::default() }
+    }
+
+    fn shape(text: &str) -> Result<Option<Region>, String> {
+        region(&serde_json::from_str(text).expect("a shape"))
+    }
+
+    #[test]
+    fn shapes_become_regions() {
+        let rectangle = shape(r#"{"label": "a", "points": [[3, 4], [1, 2]], "shape_type": "rectangle"}"#);
+        let corners = vec![[3.0, 4.0], [1.0, 4.0], [1.0, 2.0], [3.0, 2.0]];
+        assert_eq!(rectangle, Ok(Some(Region::Polygons(vec![corners]))));
+        let circle = shape(r#"{"label": "a", "points": [[3, 4], [6, 8]], "shape_type": "circle"}"#);
+        assert_eq!(circle, Ok(Some(Region::Disc { centre: [3.0, 4.0], radius: 5.0 })));
+        let old = shape(r#"{"label": "a", "points": [[0, 0], [1, 0], [1, 1]], "line_color": null}"#);
+        assert!(matches!(old, Ok(Some(Region::Polygons(_)))));
+        for kind in ["point", "line", "linestrip"] {
+            let text = format!(r#"{{"label": "a", "points": [[0, 0]], "shape_type": "{kind}"}}"#);
+            assert_eq!(shape(&text), Ok(None), "{kind}");
+        }
+        let mask = r#"{"label": "a", "points": [[1, 2], [3, 4]], "shape_type": "mask", "mask": "AAAA"}"#;
+        assert!(shape(mask).expect_err("no picture").contains("its mask cannot be read"));
+        assert!(shape(&mask.replace("AAAA", "A A")).expect_err("no base64").contains("draw it again"));
+    }
+
+    #[test]
+    fn files_name_their_pictures() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        fs::create_dir(dir.path().join("in")).expect("writable");
+        GrayImage::new(16, 20).save(dir.path().join("in/a.png")).expect("writable");
+        let floor = r#"{"label": "floor", "points": [[0, 5], [16, 5], [16, 20], [0, 20]]}"#;
+        let file = |path: &str| format!(r#"{{"shapes": [{floor}], "imagePath": "{path}"}}"#);
+        fs::write(dir.path().join("in/a.json"), file("a.png")).expect("writable");
+        fs::write(dir.path().join("in/b.json"), file("b.png")).expect("writable");
+        fs::write(dir.path().join("c.JSON"), file("in/a.png")).expect("writable");
+        fs::write(dir.path().join("d.json"), "{").expect("writable");
+        let ground = labels(Named::Ground, &["floor"]);
+        let found = find(&[dir.path().to_path_buf()], None, &ground).expect("readable");
+        let names: Vec<&str> = found.items.iter().map(|item| item.name.as_str()).collect();
+        assert_eq!(names, ["in/a.png", "in/a.png"]);
+        assert_eq!((found.left_out.len(), found.left_out[0].name.as_str()), (1, "in/b.png"));
+        assert_eq!((found.faulty.len(), found.faulty[0].0.as_str()), (1, "d.json"));
+        assert_eq!(found.labels.iter().collect::<Vec<_>>(), ["floor"]);
+        let labelled = found.items[0].labelled(&View::default(), (16, 20), &[0, 9]).expect("sound");
+        assert_eq!(labelled.labels, [(0, 4), (9, 4)]);
+        // Of 20 rows 16 are made: the fourth shows row 4, the fifth row 5.
+        let fewer = View { crop: None, size: Some((16, 16)) };
+        let labelled = found.items[0].labelled(&fewer, (16, 16), &[3]).expect("sound");
+        assert_eq!(labelled.labels, [(3, 3)]);
+    }
 }

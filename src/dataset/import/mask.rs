@@ -234,7 +234,9 @@ mod tests {
         assert_eq!(values("7, 8,7").to_string(), "7,8");
         assert_eq!(values("#00FF7f").0.first(), Some(&Value::Colour([0, 255, 127])));
         assert!(values("#00ff7f,#000000").are_colours() && !values("65535").are_colours());
-        for wrong in ["", ",", "1,", "-1", "65536", "#12345", "#1234567", "#+12345", "#éab", "red", "1,#000000", "+1"] {
+        for wrong in
+            ["", ",", "1,", "-1", "65536", "#12345", "#1234567", "#+12345", "#éab", "red", "1,#000000", "+1"]
+        {
             assert_eq!(wrong.parse::<Values>(), Err(ParseValuesError), "{wrong}");
         }
     }

@@ -107,3 +107,85 @@ pub(super) fn files(folder: &Path, wanted: impl Fn(&Path) -> bool) -> Result<Vec
     names.sort_by(|a, b| natural(a, b));
     Ok(names)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Surface, View};
+    use super::*;
+    use image::{GrayImage, Luma};
+
+    fn save(path: PathBuf, image: &GrayImage) {
+        fs::create_dir_all(path.parent().expect("a folder")).expect("writable");
+        image.save(path).expect("writable");
+    }
+
+    fn values(text: &str) -> Values {
+        text.parse().expect("a list of values")
+    }
+
+    #[test]
+    fn pairs_are_found_by_name() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let image = GrayImage::new(16, 16);
+        for name in ["a_10.png", "a_9.bmp", "hall/a_9.png", ".hidden.png", "alone.png"] {
+            save(dir.path().join("photos").join(name), &image);
+        }
+        for name in ["a_9_m.png", "a_10_m.pgm", "hall/a_9_m.png", "a_11_m.png", "a_9.png"] {
+            save(dir.path().join("masks").join(name), &image);
+        }
+        fs::write(dir.path().join("photos/notes.txt"), "x").expect("writable");
+        let folders = Folders {
+            images: dir.path().join("photos"),
+            masks: dir.path().join("masks"),
+            image_suffix: String::new(),
+            mask_suffix: "_m".to_string(),
+        };
+        let found = find(&folders, &values("1"), &Values::default()).expect("readable");
+        let names: Vec<&str> = found.items.iter().map(|item| item.name.as_str()).collect();
+        assert_eq!(names, ["a_9.bmp", "a_10.png", "hall/a_9.png"], "in natural order");
+        let left_out: Vec<&str> = found.left_out.iter().map(|out| out.name.as_str()).collect();
+        assert_eq!(left_out, ["alone.png", "a_11_m.png"]);
+        // Pictures and masks in one folder.
+        save(dir.path().join("photos/alone_m.png"), &image);
+        let one = Folders { masks: folders.images.clone(), ..folders.clone() };
+        let found = find(&one, &values("1"), &Values::default()).expect("readable");
+        assert_eq!(found.items.iter().map(|item| item.name.as_str()).collect::<Vec<_>>(), ["alone.png"]);
+        save(dir.path().join("masks/a_9_m.bmp"), &image);
+        let error = find(&folders, &values("1"), &Values::default()).expect_err("two of them").to_string();
+        assert!(error.contains("second mask for the picture `a_9`"), "{error}");
+        let nowhere = Folders { images: dir.path().join("none"), ..folders };
+        assert!(matches!(find(&nowhere, &values("1"), &Values::default()), Err(ImportError::Mask { .. })));
+        let nowhere = Folders { masks: dir.path().join("none"), ..nowhere };
+        assert!(matches!(find(&nowhere, &values("1"), &Values::default()), Err(ImportError::Read { .. })));
+    }
+
+    #[test]
+    fn labels_are_those_of_the_mask() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let foot = |x: u32| 3 + x % 7;
+        save(dir.path().join("p/a.png"), &GrayImage::from_fn(20, 16, |x, y| Luma([(x * y) as u8])));
+        let mask = |x: u32, y: u32| Luma([if y > foot(x) { 7 } else { 200 + (x % 3) as u8 }]);
+        save(dir.path().join("m/a.png"), &GrayImage::from_fn(20, 16, mask));
+        let folders =
+            Folders { images: dir.path().join("p"), masks: dir.path().join("m"), ..Folders::default() };
+        let columns: Vec<u32> = (0..20).collect();
+        let read = |ground: &str, ignored: Values| {
+            let found = find(&folders, &values(ground), &ignored).expect("readable");
+            found.items[0].labelled(&View::default(), (20, 16), &columns).expect("sound")
+        };
+        let labelled = read("7", Values::default());
+        assert_eq!(labelled.labels, columns.iter().map(|&x| (x, foot(x))).collect::<Vec<_>>());
+        assert!(labelled.any_ground && labelled.undecided == 0);
+        let met: Vec<String> = labelled.values.iter().map(ToString::to_string).collect();
+        assert_eq!(met, ["7", "200", "201", "202"]);
+        // Columns of the value 201 depend on it.
+        let labelled = read("7", values("201"));
+        assert_eq!((labelled.labels.len(), labelled.undecided), (13, 7));
+        assert!(labelled.labels.iter().all(|(x, _)| x % 3 != 1));
+        assert!(!read("8", Values::default()).any_ground);
+        assert_eq!(
+            super::super::mask::surface(super::super::Value::Id(7), &values("7"), &values("7")),
+            Surface::Ignored
+        );
+    }
+}

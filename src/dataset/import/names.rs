@@ -50,7 +50,8 @@ impl Names {
         let name = parts.collect::<Vec<_>>().join("/");
         let name = if name.is_empty() { "picture".to_string() } else { name };
         let lettered = (1usize..).map(|n| format!("{}-{}.png", stem(&name), "b".repeat(n)));
-        let mut candidates = [format!("{}.png", stem(&name)), format!("{name}.png")].into_iter().chain(lettered);
+        let mut candidates =
+            [format!("{}.png", stem(&name)), format!("{name}.png")].into_iter().chain(lettered);
         candidates.find(|name| self.0.insert(name.to_lowercase())).unwrap_or_default()
     }
 }
@@ -108,10 +109,25 @@ mod tests {
 
     #[test]
     fn paths_stay_below_the_folder() {
-        for (name, path) in [("a.png", "a.png"), ("./a/b.png", "a/b.png"), ("a\\b.png", "a/b.png"), (".a", ".a")] {
+        for (name, path) in
+            [("a.png", "a.png"), ("./a/b.png", "a/b.png"), ("a\\b.png", "a/b.png"), (".a", ".a")]
+        {
             assert_eq!(below(name), Some(PathBuf::from(path)), "{name}");
         }
-        for name in ["", ".", "..", "/etc/passwd", "a/../../b", "../a", "a//b", "a/", "C:\\a", "\\\\host\\a", "a\0b", "././a"] {
+        for name in [
+            "",
+            ".",
+            "..",
+            "/etc/passwd",
+            "a/../../b",
+            "../a",
+            "a//b",
+            "a/",
+            "C:\\a",
+            "\\\\host\\a",
+            "a\0b",
+            "././a",
+        ] {
             assert_eq!(below(name), None, "{name}");
         }
         assert_eq!((leaf("..\\a\\b.jpg"), leaf("../x.png"), leaf("x")), ("b.jpg", "x.png", "x"));

@@ -126,7 +126,8 @@ mod tests {
 
     #[test]
     fn concave_and_crossing_polygons() {
-        let hollow = [[0.0, 0.0], [3.0, 0.0], [3.0, 4.0], [2.0, 4.0], [2.0, 1.0], [1.0, 1.0], [1.0, 4.0], [0.0, 4.0]];
+        let hollow =
+            [[0.0, 0.0], [3.0, 0.0], [3.0, 4.0], [2.0, 4.0], [2.0, 1.0], [1.0, 1.0], [1.0, 4.0], [0.0, 4.0]];
         assert_eq!(drawn(&polygon(&hollow), 3, 4), ["###", "#.#", "#.#", "#.#"]);
         // Twice around the same square is outside again; two polygons are inside either.
         let square = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
@@ -140,7 +141,8 @@ mod tests {
         let large = polygon(&[[-1e300, -1e300], [1e300, -1e300], [1e300, 1e300], [-1e300, 1e300]]);
         assert_eq!(drawn(&large, 2, 2), ["##", "##"]);
         for away in [[5.0, 0.0], [-9.0, 0.0], [0.0, -9.0], [0.0, 9.0]] {
-            let square = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]].map(|[x, y]| [x + away[0], y + away[1]]);
+            let square =
+                [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]].map(|[x, y]| [x + away[0], y + away[1]]);
             assert_eq!(drawn(&polygon(&square), 2, 2), ["..", ".."]);
         }
         assert_eq!(drawn(&polygon(&[]), 2, 2), ["..", ".."]);

@@ -27,7 +27,9 @@ pub enum RunsError {
         height: u64,
     },
     /// The text form has a character that does not occur in it, ends within a number, or has a run below 0.
-    #[error("the run lengths are not in COCO's text form, at character {0}; the file is damaged, export it anew")]
+    #[error(
+        "the run lengths are not in COCO's text form, at character {0}; the file is damaged, export it anew"
+    )]
     Text(usize),
 }
 
@@ -139,10 +141,7 @@ mod tests {
     #[test]
     fn runs_go_down_the_columns() {
         let runs = Runs::new(&[2, 5, 1, 1], (3, 3)).expect("nine pixels");
-        assert_eq!(
-            pixels(&runs, 3, 3),
-            [[false, false, true], [true, true, true], [true, false, true]]
-        );
+        assert_eq!(pixels(&runs, 3, 3), [[false, false, true], [true, true, true], [true, false, true]]);
         let all = Runs::new(&[0, 9], (3, 3)).expect("nine pixels");
         assert!(pixels(&all, 3, 3).concat().iter().all(|&inside| inside));
         let none = Runs::new(&[9], (3, 3)).expect("nine pixels");
@@ -171,7 +170,16 @@ mod tests {
         let said = Runs::new(&[4, 7, 5], (3, 3)).expect_err("too many").to_string();
         assert!(said.contains("at least 11 pixels") && said.contains("3x3 are 9"), "{said}");
         // Foreign characters, an unfinished number, one of too many groups, a run below 0.
-        for (text, at) in [("9/", 2), ("9 ", 2), ("é", 1), ("9p", 2), ("5X", 2), ("PPPPPPPPPPPPPPP0", 12), ("O", 1), ("11OO", 3)] {
+        for (text, at) in [
+            ("9/", 2),
+            ("9 ", 2),
+            ("é", 1),
+            ("9p", 2),
+            ("5X", 2),
+            ("PPPPPPPPPPPPPPP0", 12),
+            ("O", 1),
+            ("11OO", 3),
+        ] {
             assert_eq!(Runs::from_text(text, (3, 3)), Err(RunsError::Text(at)), "{text}");
         }
         assert!(matches!(Runs::from_text("", (3, 3)), Err(RunsError::Sum { sum: 0, .. })));

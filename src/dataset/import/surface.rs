@@ -24,7 +24,8 @@ pub enum Surface {
 /// assert_eq!(label(&[Other, Ignored, Ground]), None);
 /// ```
 pub fn label(column: &[Surface]) -> Option<u32> {
-    let lowest = |wanted: fn(Surface) -> bool| column.iter().rposition(|&surface| wanted(surface)).unwrap_or(0);
+    let lowest =
+        |wanted: fn(Surface) -> bool| column.iter().rposition(|&surface| wanted(surface)).unwrap_or(0);
     let row = lowest(|surface| surface == Surface::Other);
     (row == lowest(|surface| surface != Surface::Ground)).then_some(row as u32)
 }

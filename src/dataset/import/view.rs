@@ -63,7 +63,8 @@ pub enum ViewError {
     #[error(
         "{width}x{height} pixels are left of it, and each side must have {} to {}; choose another `--crop`, or scale \
          it with `--size`",
-        Program::MIN_SIDE, Program::MAX_SIDE
+        Program::MIN_SIDE,
+        Program::MAX_SIDE
     )]
     Side {
         /// Width of the result in pixels.
@@ -145,7 +146,10 @@ mod tests {
         let all = View::default();
         assert_eq!(all.columns((20, 16)).collect::<Vec<_>>(), (0..20).collect::<Vec<_>>());
         let third = View { crop: None, size: Some((20, 16)) };
-        assert_eq!(third.columns((60, 16)).collect::<Vec<_>>(), (0..20).map(|i| 3 * i + 1).collect::<Vec<_>>());
+        assert_eq!(
+            third.columns((60, 16)).collect::<Vec<_>>(),
+            (0..20).map(|i| 3 * i + 1).collect::<Vec<_>>()
+        );
         assert_eq!(third.rows((60, 8)).collect::<Vec<_>>(), (0..16).map(|i| i / 2).collect::<Vec<_>>());
         let crop = Crop { left: 5, top: 7, width: 40, height: 32 };
         let part = View { crop: Some(crop), size: Some((16, 16)) };
@@ -173,8 +177,11 @@ mod tests {
 
     #[test]
     fn what_cannot_be_seen() {
-        let crop = |left, top, width, height| View { crop: Some(Crop { left, top, width, height }), size: None };
-        for outside in [crop(41, 0, 60, 40), crop(0, 81, 60, 20), crop(u32::MAX, 0, 20, 20), crop(1, 1, u32::MAX, 20)] {
+        let crop =
+            |left, top, width, height| View { crop: Some(Crop { left, top, width, height }), size: None };
+        for outside in
+            [crop(41, 0, 60, 40), crop(0, 81, 60, 20), crop(u32::MAX, 0, 20, 20), crop(1, 1, u32::MAX, 20)]
+        {
             assert!(matches!(outside.size_of((100, 100)), Err(ViewError::Outside { .. })), "{outside:?}");
         }
         for small in [crop(0, 0, 15, 40), crop(99, 0, 0, 40)] {
