@@ -46,7 +46,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N")]
     fps: Option<Rate>,
     /// Where to begin, in seconds or as 1:30 or 1:02:30
-    #[arg(long, value_name = "TIME", value_parser = time)]
+    #[arg(long, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
     start: Option<f64>,
     /// Take so many frames at most
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
@@ -103,12 +103,11 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         return Err(CliError::Interrupted("interrupted; nothing was written".to_string()));
     }
     let origin = args.file.display();
+    let half_way =
+        |said| CliError::Failed(format!("{origin}: ffmpeg stopped half-way: {said}; nothing was written"));
     let (frames, (width, height)) = match taken {
         Ok(taken) => {
-            let ended = running.finish()?;
-            ended.map_err(|said| {
-                CliError::Failed(format!("{origin}: ffmpeg stopped half-way: {said}; nothing was written"))
-            })?;
+            running.finish()?.map_err(half_way)?;
             taken
         }
         // What ffmpeg says is nearer to the cause than that there is nothing to read.
@@ -125,6 +124,10 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             }
             Ok(()) => return Err(error),
         },
+        Err(Taken::CutOff(error)) => {
+            let ended = running.finish()?;
+            return Err(ended.map_or_else(half_way, |()| error));
+        }
         Err(Taken::Failed(error)) => return Err(error),
     };
     folder.finish()?;
@@ -172,6 +175,8 @@ fn command(args: &Args) -> std::process::Command {
 enum Taken {
     /// There is not a single one.
     Nothing(CliError),
+    /// The last one is not whole.
+    CutOff(CliError),
     Failed(CliError),
 }
 
@@ -192,7 +197,11 @@ fn take(
     })?;
     let view = args.view.view();
     let (mut frame, mut frames, mut size) = (Frame::default(), 0, (0, 0));
-    while reader.read(&mut frame).map_err(|error| Taken::Failed(error.into()))? {
+    let broken = |error: FrameError| match error.fault {
+        FrameFault::Truncated { .. } => Taken::CutOff(error.into()),
+        _ => Taken::Failed(error.into()),
+    };
+    while reader.read(&mut frame).map_err(broken)? {
         if stop.load(Ordering::Relaxed) {
             return Err(Taken::Failed(CliError::Interrupted(String::new())));
         }

@@ -8,7 +8,7 @@ use super::picture::{Column, MAX_SCALE, Pen, Spot, Style};
 use super::sheet::{PAPER, shorten};
 
 /// What the marks mean, in a sentence for a sheet's heading.
-pub const LEGEND_SEVERAL: &str = "A bar for each detector: in its colour what it takes for ground, black what it takes for \
+pub const LEGEND_SEVERAL: &str = "A bar for each detector: wide over what it takes for ground, thin over what it takes for \
      an obstacle. Cross: ideal answer. Ring: the answer is wrong. Arrow head: it is outside the image. ?: it is not a \
      number.";
 
@@ -20,7 +20,7 @@ const COLOURS: [Colour; 6] = [
     Rgb([60, 215, 160]),
     Rgb([245, 235, 90]),
     Rgb([240, 150, 200]),
-    Rgb([240, 100, 50]),
+    Rgb([125, 125, 255]),
 ];
 
 /// How many detectors fit into a picture.
@@ -44,8 +44,8 @@ pub fn letter(detector: usize) -> char {
 /// order. The window of the style is not drawn.
 ///
 /// In each column there is a **bar** for every detector, from left to right in their order, with its letter at the foot: in
-/// the detector's colour over what it takes for ground, black with an outline of that colour over what it takes for an
-/// obstacle. A white **cross** stands at the ideal answer. A **ring** surrounds an answer that is wrong. Answers outside the
+/// the detector's colour over what it takes for ground; over what it takes for an obstacle only a thin black line with an
+/// outline of that colour. A white **cross** stands at the ideal answer. A **ring** surrounds an answer that is wrong. Answers outside the
 /// image and those that are no number are shown as by [`super::draw`].
 ///
 /// ```
@@ -68,7 +68,7 @@ pub fn draw_several(image: &GrayImage, answers: &[Vec<Column>], style: &Style) -
     let mut pen = Pen::new(Canvas(picture), columns, &style, i64::from(scale));
     let count = answers.len().max(1) as i64;
     // At least a third of the image between the columns stays visible.
-    let step = pen.gap.map_or(6 * pen.line, |gap| (gap * 2 / 3 / count).min(6 * pen.line)).max(1);
+    let step = pen.gap.map_or(7 * pen.line, |gap| (gap * 2 / 3 / count).min(7 * pen.line)).max(1);
     let outer = (step - pen.line / 2).max(1);
     let outline = if outer >= 5 { (pen.line / 2).max(1) } else { i64::from(outer >= 3) };
     pen.bar = (outer - 2 * outline, outer);
@@ -113,7 +113,12 @@ impl Bars {
                 return;
             }
         };
+        // A thin stem, so that the obstacle itself is seen.
+        let whole = pen.bar;
+        let stem = whole.0.min(pen.line);
+        pen.bar = (stem, (stem + 2 * (pen.line / 2).max(1)).min(whole.1));
         pen.piece(x, 0, split, BLACK, colour);
+        pen.bar = whole;
         pen.piece(x, split, height, colour, BLACK);
     }
 
@@ -244,7 +249,7 @@ mod tests {
     fn every_detector_has_its_bar() {
         let picture = drawn(&[100.0, 105.0, 95.0]);
         for i in 0..3 {
-            let x = 161 + 12 * i as u32 - 12;
+            let x = 161 + 14 * i as u32 - 14;
             assert_eq!(*picture.get_pixel(x, 400), colour(i), "ground");
             assert_eq!(*picture.get_pixel(x, 20), BLACK, "obstacle");
             // The bars of one detector, the outline above and the plate of the letter.

@@ -10,16 +10,16 @@ use vsonar::dataset::Dataset;
 
 use crate::common::*;
 
-const SIZE: (u32, u32) = (96, 80);
+pub(crate) const SIZE: (u32, u32) = (96, 80);
 
 /// A floor with two boxes on it, by its corners; rows and columns of the picture.
-struct Scene {
+pub(crate) struct Scene {
     floor: Vec<[f64; 2]>,
     boxes: Vec<Vec<[f64; 2]>>,
 }
 
 /// Scenes that differ from picture to picture, with no corner in the middle of a pixel.
-fn scene(i: u32) -> Scene {
+pub(crate) fn scene(i: u32) -> Scene {
     let i = f64::from(i);
     let floor = vec![[-3.0, 20.3 + i], [50.2, 14.6], [99.0, 30.9 - i], [99.0, 90.0], [-3.0, 90.0]];
     let first = vec![[10.3, 5.0], [30.8, 5.0], [33.4, 40.7 + 3.0 * i], [12.1, 44.2 + i]];
@@ -57,7 +57,7 @@ impl Scene {
         (0..height).rev().find(|&y| !self.is_ground(x, row(y))).unwrap_or(0)
     }
 
-    fn picture(&self, i: u32) -> GrayImage {
+    pub(crate) fn picture(&self, i: u32) -> GrayImage {
         GrayImage::from_fn(SIZE.0, SIZE.1, |x, y| {
             Luma([if self.is_ground(x, y) { 90 } else { 180 } + ((x * 7 + y * 3 + i) % 23) as u8])
         })
@@ -65,7 +65,7 @@ impl Scene {
 }
 
 /// A place with pictures of some scenes in `photos`.
-fn place(scenes: u32) -> Place {
+pub(crate) fn place(scenes: u32) -> Place {
     let place = Place::new();
     std::fs::create_dir(place.path("photos")).expect("writable");
     for i in 0..scenes {
@@ -79,7 +79,7 @@ fn masks(place: &Place, scenes: u32, save: impl Fn(&Scene, &Path)) {
     (0..scenes).for_each(|i| save(&scene(i), &place.path(&format!("masks/scene_{i}.png"))));
 }
 
-fn id_masks(place: &Place, scenes: u32) {
+pub(crate) fn id_masks(place: &Place, scenes: u32) {
     masks(place, scenes, |scene, path| {
         let mask =
             GrayImage::from_fn(SIZE.0, SIZE.1, |x, y| Luma([if scene.is_ground(x, y) { 7 } else { 24 }]));
@@ -92,7 +92,7 @@ fn shape(label: &str, points: &[[f64; 2]]) -> Value {
 }
 
 /// LabelMe's file for a scene.
-fn labelme(i: u32) -> Value {
+pub(crate) fn labelme(i: u32) -> Value {
     let scene = scene(i);
     let mut shapes = vec![shape("floor", &scene.floor)];
     shapes.extend(scene.boxes.iter().map(|outline| shape("box", outline)));
@@ -102,7 +102,7 @@ fn labelme(i: u32) -> Value {
     })
 }
 
-fn labelme_files(place: &Place, scenes: u32) {
+pub(crate) fn labelme_files(place: &Place, scenes: u32) {
     (0..scenes).for_each(|i| place.write(&format!("photos/scene_{i}.json"), labelme(i).to_string()));
 }
 
@@ -139,7 +139,7 @@ fn text(counts: &[u64]) -> String {
 }
 
 /// A COCO file of the scenes: the floor as a polygon, or as run lengths of one of the two forms.
-fn coco(scenes: u32, form: &str) -> Value {
+pub(crate) fn coco(scenes: u32, form: &str) -> Value {
     let mut annotations = Vec::new();
     for i in 0..scenes {
         let scene = scene(i);
@@ -376,204 +376,4 @@ fn names_are_kept_sane() {
     let given = ["--images", "photos", "--ground", "floor", "--out", "far"];
     place.ok(&[&["data", "import", "labelme", "far.json"], &given[..]].concat());
     assert!(place.path("far/images/scene_0.png").exists());
-}
-
-#[test]
-fn flags_that_make_no_sense() {
-    let place = place(1);
-    id_masks(&place, 1);
-    labelme_files(&place, 1);
-    let masks = ["data", "import", "masks", "photos", "masks"];
-    let labelme = ["data", "import", "labelme", "photos"];
-    for (command, flags, said) in [
-        (&masks[..], &["--out", "x"][..], "--ground"),
-        (&masks, &["--ground", "red", "--out", "x"], "numbers from 0"),
-        (&masks, &["--ground", "1,#000000", "--out", "x"], "numbers from 0"),
-        (&masks, &["--ground", "7", "--ignore", "#000000", "--out", "x"], "--ignore"),
-        (&masks, &["--ground", "7", "--ignore", "7,8", "--out", "x"], "7 is ground too"),
-        (&masks, &["--ground", "7", "--columns", "97", "--out", "x"], "96 pixels wide"),
-        (&masks, &["--ground", "7", "--columns", "5,96", "--out", "x"], "0 to 95"),
-        (&masks, &["--ground", "7", "--columns", "5,6,5", "--out", "x"], "5 is there twice"),
-        (&masks, &["--ground", "7", "--crop", "1,2,3", "--out", "x"], "four whole numbers"),
-        (&masks, &["--ground", "7", "--size", "10x10", "--out", "x"], "16 to"),
-        (&masks, &["--ground", "7"], "--out"),
-        (&labelme, &["--out", "x"], "--ground"),
-        (&labelme, &["--ground", "floor", "--obstacle", "box", "--out", "x"], "cannot be used with"),
-        (&["data", "import"], &[], "masks"),
-    ] {
-        let before = place.everything();
-        let output = place.command(&[command, flags].concat()).output().expect("started");
-        let complaint = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{flags:?}: {complaint}");
-        assert!(complaint.contains(said), "{flags:?}: {complaint}");
-        assert!(before == place.everything(), "{flags:?}");
-    }
-}
-
-#[test]
-fn pictures_and_masks_that_cannot_be_used() {
-    let place = place(2);
-    id_masks(&place, 2);
-    let import = |flags: &[&str]| {
-        place.fails(1, &[&["data", "import", "masks", "photos", "masks", "--out", "x"], flags].concat())
-    };
-    assert!(import(&["--ground", "5"]).contains("the values there are 7, 24"));
-    assert!(import(&["--ground", "#070707", "--crop", "0,0,97,20"]).contains("reaches out of the picture"));
-    assert!(import(&["--ground", "7", "--crop", "0,0,15,20"]).contains("15x20 pixels are left"));
-    let said =
-        place.fails(1, &["data", "import", "masks", "photos", "nowhere", "--ground", "7", "--out", "x"]);
-    assert!(said.contains("nowhere") && said.contains("check the path"), "{said}");
-    let said = place.fails(1, &["data", "import", "masks", "masks", "data", "--ground", "7", "--out", "x"]);
-    assert!(said.contains("no image to import") && said.contains("there is no mask `scene_0`"), "{said}");
-    let said =
-        place.fails(1, &["data", "import", "masks", "photos", "masks", "--ground", "7", "--out", "data"]);
-    assert!(said.contains("never overwritten"), "{said}");
-    // Of another size, cut off, in colour, twice.
-    let mask = std::fs::read(place.path("masks/scene_1.png")).expect("there");
-    GrayImage::new(96, 79).save(place.path("masks/scene_1.png")).expect("writable");
-    let said = import(&["--ground", "7"]);
-    assert!(said.contains("scene_1.png: is of 96x79 pixels") && said.contains("has 96x80"), "{said}");
-    assert!(said.contains("--skip-faulty"), "{said}");
-    place.write("masks/scene_1.png", &mask[..mask.len() / 2]);
-    assert!(import(&["--ground", "7"]).contains("masks/scene_1.png"));
-    RgbImage::new(96, 80).save(place.path("masks/scene_1.png")).expect("writable");
-    assert!(import(&["--ground", "7"]).contains("is in colour; say which colours"));
-    place.write("masks/scene_1.png", &mask);
-    GrayImage::new(96, 80).save(place.path("masks/scene_1.bmp")).expect("writable");
-    assert!(import(&["--ground", "7"]).contains("second mask for the picture `scene_1`"));
-    std::fs::remove_file(place.path("masks/scene_1.bmp")).expect("there");
-    // The picture is cut off; all others are taken if one wishes.
-    let picture = std::fs::read(place.path("photos/scene_1.png")).expect("there");
-    place.write("photos/scene_1.png", &picture[..picture.len() / 2]);
-    assert!(import(&["--ground", "7"]).contains("photos/scene_1.png"));
-    let flags = ["--ground", "7", "--skip-faulty", "--out", "rest"];
-    let said = place.ok(&[&["data", "import", "masks", "photos", "masks"], &flags[..]].concat());
-    assert!(
-        said.contains("left out  1\n  scene_1.png: ") && said.contains("imported  1 image, 6 cases"),
-        "{said}"
-    );
-    // Another size than the first one's.
-    GrayImage::new(96, 79).save(place.path("photos/scene_1.png")).expect("writable");
-    GrayImage::new(96, 79).save(place.path("masks/scene_1.png")).expect("writable");
-    assert!(import(&["--ground", "7"]).contains("becomes 96x79 pixels, and the first picture 96x80"));
-}
-
-#[test]
-fn labelme_files_that_make_no_sense() {
-    let place = place(1);
-    let import = |text: &str, said: &str| {
-        place.write("photos/scene_0.json", text);
-        let complaint =
-            place.fails(1, &["data", "import", "labelme", "photos", "--ground", "floor", "--out", "x"]);
-        assert!(complaint.contains("photos/scene_0.json") && complaint.contains(said), "{said}: {complaint}");
-    };
-    let with = |change: &dyn Fn(&mut Value)| {
-        let mut file = labelme(0);
-        change(&mut file);
-        file.to_string()
-    };
-    import("", "line 1 column 0");
-    import("{\"shapes\": [", "line 1");
-    import("{}", "missing field `shapes`");
-    import(&with(&|f| f["shapes"][0]["points"] = json!([[1, 2], [3]])), "invalid length 1");
-    import(
-        &with(&|f| f["shapes"][1]["points"] = json!([[1, 2], [3, 4]])),
-        "shapes[1]: a polygon of 2 points",
-    );
-    import(&labelme(0).to_string().replace("50.2", "NaN"), "line 1 column");
-    import(&labelme(0).to_string().replace("50.2", "1e999"), "line 1 column");
-    import(&with(&|f| f["shapes"][2]["shape_type"] = "blob".into()), "shapes[2]: the shape_type `blob`");
-    import(&with(&|f| f["shapes"][2]["shape_type"] = "circle".into()), "shapes[2]: has 4 points, and 2");
-    import(&with(&|f| f["imageWidth"] = 97.into()), "is of 97x80 pixels");
-    for path in ["../scene_0.png", "/etc/passwd", "a/../../b.png", "C:\\a.png"] {
-        import(&with(&|f| f["imagePath"] = path.into()), "not a path below the folder");
-    }
-    import(&with(&|f| f["imageData"] = "%%%".into()), "imageData: ");
-    import(
-        &with(&|f| f["imageData"] = STANDARD.encode("no picture").into()),
-        "not an image of a known format",
-    );
-    import(&format!("{}{}", "[".repeat(100_000), "]".repeat(100_000)), "line 1");
-    // What is only missing is left out, and then nothing is left.
-    let complaint = |text: String| {
-        place.write("photos/scene_0.json", text);
-        place.fails(1, &["data", "import", "labelme", "photos", "--ground", "floor", "--out", "x"])
-    };
-    assert!(
-        complaint(with(&|f| f["imagePath"] = "none.png".into()))
-            .contains("there is no picture photos/none.png")
-    );
-    assert!(
-        complaint(with(&|f| f["shapes"] = json!([])))
-            .contains("no shape is labelled `floor`; there are: none")
-    );
-    let said = complaint(with(&|f| f["shapes"][0]["label"] = "Floor".into()));
-    assert!(said.contains("no shape is labelled `floor`; there are: Floor, box"), "{said}");
-    let outside = json!([[200, 200], [300, 200], [300, 300]]);
-    assert!(complaint(with(&|f| f["shapes"][0]["points"] = outside.clone())).contains("nothing is ground"));
-    let said =
-        place.fails(1, &["data", "import", "labelme", "masks.json", "--ground", "floor", "--out", "x"]);
-    assert!(said.contains("masks.json: cannot be read"), "{said}");
-}
-
-#[test]
-fn coco_files_that_make_no_sense() {
-    let place = place(2);
-    let import = |change: &dyn Fn(&mut Value), said: &str| {
-        let mut file = coco(2, "polygons");
-        change(&mut file);
-        place.write("coco.json", file.to_string());
-        let flags = ["coco.json", "--images", "photos", "--ground", "floor", "--out", "x"];
-        let complaint = place.fails(1, &[&["data", "import", "coco"], &flags[..]].concat());
-        assert!(complaint.contains(said), "{said}: {complaint}");
-        complaint
-    };
-    let segment = |value: Value| move |f: &mut Value| f["annotations"][1]["segmentation"] = value.clone();
-    import(&|f| *f = json!([]), "coco.json: ");
-    import(&|f| f["images"] = 3.into(), "invalid type");
-    import(&|f| f["images"][1]["id"] = 0.into(), "images[1].id: there is an image of the id 0 before");
-    import(
-        &|f| f["annotations"][2]["image_id"] = 9.into(),
-        "annotations[2].image_id: there is no image of the id 9",
-    );
-    import(
-        &|f| f["annotations"][2]["category_id"] = 8.into(),
-        "annotations[2].category_id: there is no category",
-    );
-    import(
-        &|f| f["categories"][1]["name"] = "flor".into(),
-        "no category is named `floor`; there are: box, flor",
-    );
-    import(&|f| f["images"][0]["file_name"] = "../data/images/a.png".into(), "not a path below the folder");
-    import(&|f| f["images"][0]["file_name"] = "/etc/passwd".into(), "not a path below the folder");
-    import(&|f| f["images"][0]["width"] = 95.into(), "is of 95x80 pixels");
-    import(&segment(Value::Null), "annotations[1].segmentation: is missing");
-    import(&segment(json!([])), "annotations[1].segmentation: is empty");
-    import(&segment(json!([[1, 2, 3, 4]])), "polygon 0 has 4 numbers");
-    import(&segment(json!([[1, 2, 3, 4, 5, 6, 7]])), "polygon 0 has 7 numbers");
-    let deep = (0..500).fold(json!(1), |inner, _| json!([inner]));
-    import(&segment(deep), "recursion limit exceeded at line 1");
-    import(&segment(json!("text")), "a list of polygons or has `size` and `counts`");
-    let runs = |counts: Value| segment(json!({"size": [SIZE.1, SIZE.0], "counts": counts}));
-    import(&runs(json!([1, 2])), "run lengths are of 3 pixels, and 96x80 are 7680");
-    import(&runs(json!([0, u64::MAX, u64::MAX])), "run lengths are of at least");
-    import(&runs(json!("~~")), "not in COCO's text form, at character 1");
-    import(
-        &segment(json!({"size": [96, 80], "counts": [7680]})),
-        "is of 80x96 pixels, and the image of 96x80",
-    );
-    // A single fault leaves the others alone if one wishes.
-    let said = import(&segment(Value::Null), "--skip-faulty");
-    assert!(said.matches("error").count() == 1, "{said}");
-    let flags = ["--images", "photos", "--ground", "floor", "--skip-faulty", "--out", "rest"];
-    let said = place.ok(&[&["data", "import", "coco", "coco.json"], &flags[..]].concat());
-    assert!(said.contains("imported  1 image") && said.contains("annotations[1].segmentation"), "{said}");
-    // Pictures that are not there, or have no object.
-    let mut file = coco(2, "polygons");
-    file["annotations"].as_array_mut().expect("a list").truncate(2);
-    file["images"].as_array_mut().expect("a list").push(json!({"id": 7, "file_name": "none.png"}));
-    place.write("coco.json", file.to_string());
-    let flags = ["--images", "photos", "--ground", "floor", "--out", "one"];
-    let said = place.ok(&[&["data", "import", "coco", "coco.json"], &flags[..]].concat());
-    assert!(said.contains("left out  2") && said.contains("nothing is annotated in it"), "{said}");
 }

@@ -13,6 +13,7 @@ mod export;
 mod export_faults;
 mod help;
 mod import;
+mod import_faults;
 mod interruption;
 mod kill;
 mod live;

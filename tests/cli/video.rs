@@ -174,10 +174,15 @@ mod stand_ins {
                 "ffmpeg stopped half-way: broken pipe dream",
             ),
             (&whole[..whole.len() - 9], "cat v.y4m", "frame 2: the stream ends after 3063 of its 3072 bytes"),
+            (
+                &whole[..whole.len() - 9],
+                "cat v.y4m; echo out of dreams >&2; exit 1",
+                "half-way: out of dreams",
+            ),
             (b"nonsense", "cat v.y4m", "there is no frame in it"),
             (b"", "cat v.y4m", "there is no frame in it"),
             (b"", "echo one; exit 1", "ffmpeg cannot read it: it ended with exit status: 1"),
-            (&whole[..whole.len() / 4], "head -c 30 v.y4m", "there is no frame"),
+            (&whole[..whole.len() / 4], "head -c 30 v.y4m", "the Y4M header does not end"),
             (b"", "yes a long complaint | head -c 1000000 >&2; exit 1", "a long complaint"),
         ] {
             place.write("v.y4m", video);
