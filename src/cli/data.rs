@@ -17,9 +17,9 @@ Examples:
   vsonar data synth corridor              write the images that `vsonar evolve` uses when it is given none
   vsonar data synth elsewhere --seed 2    another building
   vsonar data import labelme photos --ground floor --out labelled
-                                          what was annotated with LabelMe, COCO or as masks
+      a folder of what was annotated with LabelMe; also of masks and COCO
   vsonar data video drive.mp4 --out frames
-                                          images to be labelled, a frame each second";
+      images to be labelled, a frame each second";
 
 /// Check a data folder, or make one: of annotated images, of a video, or synthetic
 #[derive(clap::Args)]
@@ -31,8 +31,6 @@ pub(crate) struct Args {
 
 #[derive(Subcommand)]
 enum Command {
-    Import(data_import::Args),
-    Video(data_video::Args),
     /// Report what a data folder holds, the best constant answers as the floor to beat, and every fault
     ///
     /// Ends with exit code 1 if there are faults.
@@ -65,6 +63,8 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         camera: Option<PathBuf>,
     },
+    Import(data_import::Args),
+    Video(data_video::Args),
 }
 
 /// Checks or writes a folder.

@@ -26,8 +26,9 @@ const MASKS: &str = "\
 Examples:
   vsonar data import masks photos masks --ground 7,8 --out labelled
       photos/a.jpg belongs to masks/a.png, in which road (7) and pavement (8) are ground, as in Cityscapes
-  vsonar data import masks leftImg8bit/val gtFine/val --image-suffix _leftImg8bit --mask-suffix _gtFine_labelIds \\
-      --ground 7,8 --ignore 0,1,2,3 --crop 0,0,2048,850 --size 512x212 --out streets
+  vsonar data import masks leftImg8bit/val gtFine/val --ground 7,8 --ignore 0,1,2,3 \\
+      --image-suffix _leftImg8bit --mask-suffix _gtFine_labelIds \\
+      --crop 0,0,2048,850 --size 512x212 --out streets
       Cityscapes itself, without the bonnet of the car
   vsonar data import masks photos masks --ground '#804080' --mask-suffix _color --out labelled
 

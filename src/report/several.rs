@@ -295,7 +295,7 @@ mod tests {
         let picture = RgbImage::from_pixel(641, 479, Rgb([9, 9, 9]));
         let lines = ["one".to_string(), "a name that is far too long ".repeat(9)];
         let keyed = with_lines(&picture, &lines);
-        assert!(keyed.width() == 642 && keyed.height() % 2 == 0 && keyed.height() > 479 + 2 * 24);
+        assert!(keyed.width() == 642 && keyed.height().is_multiple_of(2) && keyed.height() > 479 + 2 * 24);
         assert!(count(&keyed, colour(0), 479..510) > 50 && count(&keyed, colour(1), 500..540) > 50);
         assert!(picture.enumerate_pixels().all(|(x, y, p)| keyed.get_pixel(x, y) == p));
         assert!(COLOURS.iter().all(|a| COLOURS.iter().filter(|b| a == *b).count() == 1));

@@ -5,6 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use image::{GrayImage, RgbImage};
 use serde_json::{Value, json};
 
+use crate::common::plain;
 use crate::import::*;
 
 #[test]
@@ -237,4 +238,17 @@ fn ctrl_c_leaves_nothing_behind() {
     let said = String::from_utf8(output.stderr).expect("UTF-8");
     assert_eq!((output.status.code(), said.as_str()), (Some(130), "interrupted; nothing was written\n"));
     assert!(!place.path("x").exists() && !hidden.exists());
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn names_that_are_no_text_are_left_out() {
+    use std::os::unix::ffi::OsStrExt;
+    let place = place(1);
+    id_masks(&place, 1);
+    let odd = place.path("photos").join(std::ffi::OsStr::from_bytes(b"a\xff\x1b[2J.png"));
+    std::fs::copy(place.path("photos/scene_0.png"), odd).expect("writable");
+    let said = place.ok(&["data", "import", "masks", "photos", "masks", "--ground", "7", "--out", "new"]);
+    assert!(said.contains("left out  1\n") && said.contains("its name is not UTF-8"), "{said}");
+    assert!(plain(&said), "{said:?}");
 }

@@ -143,7 +143,7 @@ fn pictures_as_frames_of_a_video() {
     place.ok(&[&["show", "p.gp", "other/p.gp", "--video", "both.y4m"], &flags[..]].concat());
     let file = BufReader::new(File::open(place.path("both.y4m")).expect("there"));
     let both = Reader::new(file, "both.y4m").expect("a video");
-    assert!(both.height() > 2 * HEIGHT && both.height() % 2 == 0);
+    assert!(both.height() > 2 * HEIGHT && both.height().is_multiple_of(2));
 }
 
 #[test]
@@ -200,4 +200,27 @@ fn videos_that_cannot_be_written_leave_nothing_behind() {
         assert!(before == place.everything(), "{flags:?}");
     }
     assert!(without(&["--video", "a.y4m"]).status.success(), "Y4M needs no ffmpeg");
+}
+
+#[test]
+#[cfg(unix)]
+fn ctrl_c_leaves_no_half_of_a_video() {
+    use std::process::Stdio;
+    use std::time::{Duration, Instant};
+    let place = place();
+    let before = place.everything();
+    // Large ones, which take their time.
+    let mut command = place.command(&["show", "p.gp", "--scale", "16", "--video", "v.y4m"]);
+    let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
+    let hidden = place.path(&format!(".v.part-{}.y4m", run.id()));
+    let start = Instant::now();
+    while !hidden.exists() {
+        assert!(start.elapsed() < Duration::from_secs(300), "no video");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    crate::interruption::interrupt(&run);
+    let output = run.wait_with_output().expect("it ends");
+    let said = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!((output.status.code(), said.as_str()), (Some(130), "interrupted; no video was written\n"));
+    assert!(before == place.everything());
 }

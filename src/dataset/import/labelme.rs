@@ -58,7 +58,7 @@ pub fn find(paths: &[PathBuf], images: Option<&Path>, labels: &Labels) -> Result
     for path in paths {
         if path.is_dir() {
             let is_json = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-            for name in files(path, is_json)? {
+            for name in files(path, is_json, &mut found)? {
                 // The path below the folder tells pictures of the same name apart.
                 let folder = name.rfind('/').map_or("", |slash| &name[..=slash]);
                 one(&path.join(&name), folder, images, labels, &mut found);

@@ -37,7 +37,7 @@ pub fn find(folders: &Folders, ground: &Values, ignored: &Values) -> Result<Foun
     let (ground, ignored) = (Arc::new(ground.clone()), Arc::new(ignored.clone()));
     let mut found = Found::default();
     let mut masks: BTreeMap<String, String> = BTreeMap::new();
-    for name in files(&folders.masks, is_image)? {
+    for name in files(&folders.masks, is_image, &mut found)? {
         let Some(key) = stem(&name).strip_suffix(&folders.mask_suffix) else { continue };
         if let Some(first) = masks.insert(key.to_string(), name.clone()) {
             let text = format!("is a second mask for the picture `{key}`, beside `{first}`; leave one");
@@ -47,7 +47,7 @@ pub fn find(folders: &Folders, ground: &Values, ignored: &Values) -> Result<Foun
     }
     let one_folder = folders.images == folders.masks && !folders.mask_suffix.is_empty();
     let mut unused = masks.clone();
-    for name in files(&folders.images, is_image)? {
+    for name in files(&folders.images, is_image, &mut found)? {
         let stem = stem(&name);
         if one_folder && stem.ends_with(&folders.mask_suffix) {
             continue;
@@ -81,23 +81,34 @@ fn is_image(path: &Path) -> bool {
 }
 
 /// The files in a folder and those within that are `wanted`, as paths below it with `/`, in natural order. What is hidden
-/// does not count, links to folders are not followed, and neither do names count that are no text.
-pub(super) fn files(folder: &Path, wanted: impl Fn(&Path) -> bool) -> Result<Vec<String>, ImportError> {
+/// does not count, and links to folders are not followed; names that are no text are left out.
+pub(super) fn files(
+    folder: &Path,
+    wanted: impl Fn(&Path) -> bool,
+    found: &mut Found,
+) -> Result<Vec<String>, ImportError> {
     let mut names = Vec::new();
     let mut folders = vec![(folder.to_path_buf(), String::new(), 0)];
     while let Some((folder, prefix, depth)) = folders.pop() {
         let failed = |e| ImportError::read(&folder, e);
         for entry in fs::read_dir(&folder).map_err(failed)? {
             let entry = entry.map_err(failed)?;
-            let Ok(name) = entry.file_name().into_string() else { continue };
-            if name.starts_with('.') {
-                continue;
-            }
             let path = entry.path();
-            let name = format!("{prefix}{name}");
+            let name = match entry.file_name().into_string() {
+                Ok(name) if name.starts_with('.') => continue,
+                Ok(name) => format!("{prefix}{name}"),
+                Err(_) if !wanted(&path) && !path.is_dir() => continue,
+                Err(name) => {
+                    found
+                        .leave_out(format!("{prefix}{}", name.display()), "its name is not UTF-8; rename it");
+                    continue;
+                }
+            };
             if entry.file_type().map_err(failed)?.is_dir() {
                 if depth < DEPTH {
                     folders.push((path, format!("{name}/"), depth + 1));
+                } else {
+                    found.leave_out(name, format!("it is a folder in {DEPTH} others, which is too deep"));
                 }
             } else if wanted(&path) && path.is_file() {
                 names.push(name);
