@@ -71,8 +71,8 @@ pub enum ImportError {
     },
     /// Picture and annotation are of different sizes.
     #[error(
-        "{}: is of {}x{} pixels, and the picture {} has {}x{}; find the one that belongs to it, or scale it before",
-        .annotation.display(), .said.0, .said.1, .picture.display(), .size.0, .size.1
+        "{}: is of {}x{} pixels, and the picture {} has {}x{}; {}",
+        .annotation.display(), .said.0, .said.1, .picture.display(), .size.0, .size.1, remedy(*.said, *.size)
     )]
     Sizes {
         /// The mask, or the annotation.
@@ -107,6 +107,15 @@ pub enum ImportError {
     },
 }
 
+/// What to do about two sizes.
+fn remedy(said: (u64, u64), (width, height): (u32, u32)) -> &'static str {
+    if said == (height.into(), width.into()) {
+        "if it is a photo with an orientation tag, which is ignored here, save it upright"
+    } else {
+        "find the one that belongs to it, or scale it before"
+    }
+}
+
 impl ImportError {
     pub(super) fn read(path: &Path, source: io::Error) -> ImportError {
         ImportError::Read { path: path.into(), source }
@@ -118,5 +127,23 @@ impl ImportError {
 
     pub(super) fn mask(path: &Path, problem: impl Into<String>) -> ImportError {
         ImportError::Mask { path: path.into(), problem: problem.into() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn photos_that_lie_on_their_side_are_told() {
+        let sizes = |said| ImportError::Sizes {
+            annotation: "a.json".into(),
+            said,
+            picture: "a.jpg".into(),
+            size: (40, 30),
+        };
+        let text = sizes((30, 40)).to_string();
+        assert!(text.starts_with("a.json: is of 30x40 pixels, and the picture a.jpg has 40x30; "), "{text}");
+        assert!(text.contains("upright") && !sizes((41, 30)).to_string().contains("upright"));
     }
 }
