@@ -8,7 +8,7 @@
 //!   would have had to run. [`StoreKey`] has the text form in which they are kept, so that everyone measures the same.
 //! - [`measure`] runs them on every executor, round after round, and makes sure that all give the same answers.
 //! - [`GenerationReport`] and [`ScalingReport`] are medians and quartiles of that, and break-even points.
-//! - [`svg`] and [`png`] plot a [`Report`].
+//! - [`svg`] and [`png()`] plot a [`Report`].
 //!
 //! ```
 //! use std::sync::{Arc, atomic::AtomicBool};

@@ -9,15 +9,19 @@ use vsonar::world::{Corridor, FRAMES};
 
 use super::output::{self, count, shell_word};
 use super::program::size;
-use super::{CliError, source};
+use super::{CliError, data_import, data_video, source};
 
 const EXAMPLES: &str = "\
 Examples:
   vsonar data check photos                report on a folder, every fault with its line
   vsonar data synth corridor              write the images that `vsonar evolve` uses when it is given none
-  vsonar data synth elsewhere --seed 2    another building";
+  vsonar data synth elsewhere --seed 2    another building
+  vsonar data import labelme photos --ground floor --out labelled
+      a folder of what was annotated with LabelMe; also of masks and COCO
+  vsonar data video drive.mp4 --out frames
+      images to be labelled, a frame each second";
 
-/// Check a data folder, or write one of synthetic images
+/// Check a data folder, or make one: of annotated images, of a video, or synthetic
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -59,11 +63,15 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         camera: Option<PathBuf>,
     },
+    Import(data_import::Args),
+    Video(data_video::Args),
 }
 
 /// Checks or writes a folder.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     match args.command {
+        Command::Import(args) => data_import::run(args),
+        Command::Video(args) => data_video::run(args),
         Command::Check { dir, json } => {
             let report = dataset::check(&dir);
             if json {

@@ -45,6 +45,11 @@ impl NewFolder {
             .map_err(|e| CliError::file(&self.path.join(name), "write the file", &e))
     }
 
+    /// Where it is while it is filled.
+    pub(crate) fn part(&self) -> &Path {
+        &self.part
+    }
+
     /// A file that is written bit by bit.
     pub(crate) fn create(&self, name: &str) -> Result<fs::File, CliError> {
         let created = fs::File::create(self.part.join(name));

@@ -101,7 +101,8 @@ impl Data {
         let next = summary::next(&source, &loaded.cases, settings, generations, folder);
         run.commands.extend(next.iter().map(|line| as_command(line)));
         if wanted.data.is_none() && wanted.holdout.is_none() {
-            let rivals = format!("vsonar eval {} --against all    # the table of the rivals", shell_word(folder));
+            let rivals =
+                format!("vsonar eval {} --against all    # the table of the rivals", shell_word(folder));
             run.commands.insert(1, as_command(&rivals));
         }
         evaluate(run, folder, &source, loaded, wanted)

@@ -9,14 +9,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use image::{ImageFormat, RgbImage};
 use rayon::prelude::*;
 use vsonar::dataset::{Dataset, TOLERANCE};
-use vsonar::report::{Column, LEGEND, MAX_SCALE, Style, Tile, contact_sheet, draw, fitting_scale};
+use vsonar::frames::Rate;
+use vsonar::report::{MAX_SCALE, MOST_DETECTORS, Style, Tile, fitting_scale};
 use vsonar::tree::Individual;
 use vsonar::world::office::World;
 
 use super::executor::{Choice, answers};
 use super::memory::MemoryArgs;
 use super::new_folder::NewFolder;
-use super::output::{self, count, percent};
+use super::output::{self, count};
+use super::show_drawing::Drawing;
+use super::show_video::Video;
 use super::{CliError, eval, interrupt, source};
 
 const EXAMPLES: &str = "\
@@ -24,11 +27,13 @@ Examples:
   vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
   vsonar show best.gp --data photos --match 'run_C*' --sheet-columns 4 --out pictures
   vsonar show runs/fmrb-seed-1/best.gp --out pictures
+  vsonar show runs/fmrb-seed-1/best.gp runs/fmrb-seed-2/best.gp --out pictures --video answers.mp4 --fps 4
 
 White bars cover what the program takes for ground, black bars what it takes for an obstacle. A cross stands at
 the ideal answer, a square of the size of the program's window at its own; both are green where the answer is
 correct. Where it is wrong they are orange, with a ring around the answer. An answer outside the image has an
-arrow head at that border, one that is not a number a question mark and a dashed bar.";
+arrow head at that border, one that is not a number a question mark and a dashed bar. Of several programs each has a bar
+of its own colour, with its letter at the foot, and a line below the picture.";
 
 /// The sheet of all pictures.
 const SHEET: &str = "contact-sheet";
@@ -36,15 +41,16 @@ const SHEET: &str = "contact-sheet";
 /// Pictures on one sheet; further ones go to further sheets, so that no sheet grows beyond what a viewer opens.
 const SHEET_TILES: usize = 240;
 
-/// Draw a program's answers into the images
+/// Draw a program's answers into the images, or those of several side by side
 ///
 /// Writes a PNG for each image, and all of them on a contact sheet, contact-sheet.png (with more than 240
 /// images also contact-sheet-2.png and so on).
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The program, a .gp file
-    program: PathBuf,
+    /// The program, a .gp file; or several, to be seen side by side
+    #[arg(required = true, value_name = "PROGRAM")]
+    programs: Vec<PathBuf>,
     /// Folder with `labels.csv` and the images it names [default: the held-out building of the world fmrb]
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
@@ -52,8 +58,15 @@ pub(crate) struct Args {
     #[arg(long = "match", value_name = "GLOB")]
     pattern: Option<String>,
     /// The folder to make; one that exists is left alone
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "video")]
+    out: Option<PathBuf>,
+    /// Write the pictures as frames of a video, too: .y4m, or through the installed ffmpeg .mp4, .mkv, .mov or .webm; a
+    /// file that exists is left alone
+    #[arg(long, value_name = "FILE")]
+    video: Option<PathBuf>,
+    /// Frames a second of the video
+    #[arg(long, value_name = "N", default_value = "4", requires = "video")]
+    fps: Rate,
     /// What runs the program; all give the same answers
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Auto)]
     executor: Choice,
@@ -78,8 +91,16 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 /// Draws the pictures. `watch` is called once there is something that Ctrl-C must not leave behind, and gives
 /// the flag that it sets.
 fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError>) -> Result<(), CliError> {
-    let individual = Individual::load(&args.program)?;
-    let mut folder = NewFolder::check(&args.out)?;
+    if args.programs.len() > MOST_DETECTORS {
+        let text = format!(
+            "{} programs are more than fit into a picture; give {MOST_DETECTORS} at most",
+            args.programs.len()
+        );
+        return Err(CliError::Usage(text));
+    }
+    let individuals = args.programs.iter().map(Individual::load).collect::<Result<Vec<_>, _>>()?;
+    let mut folder = args.out.as_deref().map(NewFolder::check).transpose()?;
+    let video = args.video.as_deref().map(Video::check).transpose()?;
     let executor = args.executor.make()?;
     let mut set = match &args.data {
         Some(dir) => Dataset::load(dir)?,
@@ -89,69 +110,74 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
         set = set.select(pattern)?;
     }
     args.memory.check([&set])?;
-    let answers = answers(&*executor, &individual, &set)?;
+    let answers: Vec<Vec<f32>> = individuals
+        .iter()
+        .map(|individual| answers(&*executor, individual, &set))
+        .collect::<Result<_, _>>()?;
+    let window = match &individuals[..] {
+        [only] => Some(only.second().rect()),
+        _ => None,
+    };
     let style = Style {
         tolerance: args.tolerance,
-        window: Some(individual.second().rect()),
+        window,
         scale: args.scale.unwrap_or_else(|| fitting_scale(set.width())),
     };
-    let columns = by_image(&set, &answers);
-    let correct = columns.iter().flatten().filter(|c| c.is_correct(style.tolerance)).count();
-    let result = format!(
-        "{} of {} answers correct within {} rows ({})",
-        correct,
-        answers.len(),
-        style.tolerance,
-        percent(correct as f64 / answers.len().max(1) as f64)
-    );
-    let program = args.program.file_name().unwrap_or(args.program.as_os_str()).to_string_lossy();
-    let heading = format!("{program} on {}: {result}. {LEGEND}", set.name());
-
-    let sheets = sheet_names(set.images().len());
-    let names = file_names(set.images().iter().map(|i| i.name.as_str()), &sheets);
+    let drawing = Drawing::new(&set, &args.programs, &answers, style);
     let stop = watch()?;
+    let mut said = String::new();
+    if let (Some(folder), Some(out)) = (&mut folder, &args.out) {
+        let sheets = write_pictures(&drawing, folder, args.sheet_columns as usize, &stop)?;
+        let images = count(set.images().len() as u64, "picture");
+        said += &format!("{}: {images}, all of them on {}\n", out.display(), sheets.join(", "));
+    }
+    if let (Some(video), Some(path)) = (video, &args.video) {
+        let frames = (0..set.images().len()).map(|i| drawing.keyed(i, &drawing.picture(i)));
+        video.write(frames, args.fps, &stop)?;
+        let images = count(set.images().len() as u64, "frame");
+        said += &format!("{}: {images}\n", output::printable(path));
+    }
+    // At the end, so that nothing appears if anything fails.
+    folder.map_or(Ok(()), NewFolder::finish)?;
+    output::print(&format!("{said}{}\n", drawing.result()))
+}
+
+/// Writes a picture of each image and the sheets into the folder; the names of the sheets.
+fn write_pictures(
+    drawing: &Drawing,
+    folder: &mut NewFolder,
+    sheet_columns: usize,
+    stop: &AtomicBool,
+) -> Result<Vec<String>, CliError> {
+    let images = drawing.set().images();
+    let sheets = sheet_names(images.len());
+    let names = file_names(images.iter().map(|i| i.name.as_str()), &sheets);
     let go_on = || match stop.load(Ordering::Relaxed) {
         true => Err(CliError::Interrupted("interrupted; no pictures were written".to_string())),
         false => Ok(()),
     };
     folder.make()?;
-    let indices: Vec<usize> = (0..set.images().len()).collect();
+    let folder = &*folder;
+    let indices: Vec<usize> = (0..images.len()).collect();
     for (sheet, part) in sheets.iter().zip(indices.chunks(SHEET_TILES)) {
         let tile = |&i: &usize| -> Result<Tile, CliError> {
             go_on()?;
-            let image = &set.images()[i];
-            let picture = draw(&image.pixels, &columns[i], &style);
-            folder.write(&names[i], &png(&picture)?)?;
-            let correct = columns[i].iter().filter(|c| c.is_correct(style.tolerance)).count();
-            Ok(Tile::new(&picture, &image.name, correct, columns[i].len()))
+            let picture = drawing.picture(i);
+            folder.write(&names[i], &png(&drawing.keyed(i, &picture))?)?;
+            Ok(drawing.tile(i, &picture))
         };
         let tiles = part.par_iter().map(tile).collect::<Result<Vec<Tile>, CliError>>()?;
         go_on()?;
-        folder.write(sheet, &png(&contact_sheet(&tiles, args.sheet_columns as usize, &heading))?)?;
+        folder.write(sheet, &png(&drawing.sheet(&tiles, sheet_columns))?)?;
     }
     go_on()?;
-    folder.finish()?;
-    output::print(&format!(
-        "{}: {}, all of them on {}\n{result}\n",
-        args.out.display(),
-        count(names.len() as u64, "picture"),
-        sheets.join(", ")
-    ))
+    Ok(sheets)
 }
 
 fn png(picture: &RgbImage) -> Result<Vec<u8>, CliError> {
     let mut png = Cursor::new(Vec::new());
     picture.write_to(&mut png, ImageFormat::Png)?;
     Ok(png.into_inner())
-}
-
-/// The cases and answers, image by image.
-fn by_image(set: &Dataset, answers: &[f32]) -> Vec<Vec<Column>> {
-    let mut columns = vec![Vec::new(); set.images().len()];
-    for (case, &answer) in set.cases().iter().zip(answers) {
-        columns[case.image].push(Column { x: case.x, label: case.y, answer });
-    }
-    columns
 }
 
 /// The names of the sheets for this many images.
@@ -209,10 +235,12 @@ mod tests {
 
     fn args(dir: &Path) -> Args {
         Args {
-            program: dir.join("p.gp"),
+            programs: vec![dir.join("p.gp")],
             data: Some(dir.join("data")),
             pattern: None,
-            out: dir.join("out"),
+            out: Some(dir.join("out")),
+            video: None,
+            fps: "4".parse().expect("a rate"),
             executor: Choice::Reference,
             memory: MemoryArgs::default(),
             tolerance: TOLERANCE,
@@ -263,10 +291,10 @@ mod tests {
             other => panic!("{other:?}"),
         };
         fails(Args { pattern: Some("z*".into()), ..args(dir.path()) }, "z*");
-        fails(Args { out: dir.path().join("data"), ..args(dir.path()) }, "exists already");
-        fails(Args { out: dir.path().join("no/out"), ..args(dir.path()) }, "cannot make the folder");
-        fails(Args { out: dir.path().join(".."), ..args(dir.path()) }, "does not name");
-        fails(Args { program: dir.path().join("no.gp"), ..args(dir.path()) }, "no.gp");
+        fails(Args { out: Some(dir.path().join("data")), ..args(dir.path()) }, "exists already");
+        fails(Args { out: Some(dir.path().join("no/out")), ..args(dir.path()) }, "cannot make the folder");
+        fails(Args { out: Some(dir.path().join("..")), ..args(dir.path()) }, "does not name");
+        fails(Args { programs: vec![dir.path().join("no.gp")], ..args(dir.path()) }, "no.gp");
         assert_eq!(entries(dir.path()), before);
 
         let mut folder = NewFolder::check(&dir.path().join("out")).expect("free");

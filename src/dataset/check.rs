@@ -139,6 +139,12 @@ fn columns(set: &Dataset, constants: &Constants) -> Vec<ColumnReport> {
 }
 
 impl CheckReport {
+    /// The same report, of a folder that has been renamed since.
+    pub fn moved_to(self, dir: impl AsRef<Path>) -> CheckReport {
+        let dir = dir.as_ref();
+        CheckReport { folder: dir.into(), name: scan::folder_name(dir), ..self }
+    }
+
     /// Whether [`Dataset::load`] accepts the folder.
     pub fn is_sound(&self) -> bool {
         self.faults.is_empty()

@@ -5,7 +5,7 @@
 //! ground; a column `group` may name the place) and the images in its subfolder `images` or beside the table. It is read by [`Dataset::load`],
 //! examined by [`check`], taken apart by [`Dataset::split`] and [`Dataset::hold_out`], and handed to the executors by
 //! [`Dataset::case_set`]. A [`Transform`] makes of it what other light, another lens or view would have made, and a
-//! [`Variation`] adds copies altered so. [`Constants`] tells what a detector that never looks would reach: the floor to beat; [`Transience`] whether errors
+//! [`Variation`] adds copies altered so. [`import`] reads what others have annotated. [`Constants`] tells what a detector that never looks would reach: the floor to beat; [`Transience`] whether errors
 //! last.
 //!
 //! ```
@@ -37,6 +37,7 @@ mod between;
 mod check;
 mod constants;
 mod fault;
+pub mod import;
 mod part;
 mod pixels;
 mod save;

@@ -298,7 +298,8 @@ mod tests {
 
     #[test]
     fn long_chains_need_more_stack_than_threads_have() {
-        let mut text = String::from("images of 16 x 16 pixels\n\nthe tree: a 2 x 2 window moves up column x-obstacle\n");
+        let mut text =
+            String::from("images of 16 x 16 pixels\n\nthe tree: a 2 x 2 window moves up column x-obstacle\n");
         for i in 0..900 {
             let otherwise = if i == 0 { "" } else { "else " };
             text += &format!("    {otherwise}if raw > {}: a := {i}\n", 1000 - i);

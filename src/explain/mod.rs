@@ -157,8 +157,16 @@ impl Explanation {
         let listing = build::listing(&program, &letters::letters(&lowered, &program, &images))?;
         let checked = check::Check::new(&listing.to_string(), &program)?.on_images(&images)?;
         let live = Live::of(individual, &program);
-        let uses = Uses::of(individual, &listing, &program, before, &live);
-        Ok(Explanation { listing, checked, uses, profile: None, contributions: Contributions::default(), live, program })
+        let uses = Uses::of(individual, &program, before, &live);
+        Ok(Explanation {
+            listing,
+            checked,
+            uses,
+            profile: None,
+            contributions: Contributions::default(),
+            live,
+            program,
+        })
     }
 
     /// Adds what the program does on a data set whose images have the size of the explanation: the text is held

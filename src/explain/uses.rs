@@ -4,9 +4,8 @@ use serde::Serialize;
 use vsonar_ir::op::REGISTER_NAMES;
 use vsonar_ir::{Direction, Program};
 
-use super::listing::Listing;
 use super::reduce::Live;
-use crate::tree::{Individual, Node, Tree};
+use crate::tree::{Individual, Node};
 
 /// What is used, tree by tree.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -30,15 +29,15 @@ pub struct TreeUses {
     pub nodes: usize,
     /// How many of them do anything.
     pub live: usize,
-    /// The image operators (with `-sq` for the average of squares) that the listing reads.
+    /// The image operators (with `-sq` for the average of squares) of its live nodes.
     pub operators: Vec<&'static str>,
     /// Those that stand in the tree, but are not needed.
     pub idle_operators: Vec<&'static str>,
-    /// The registers that the listing stores.
+    /// The registers that its live nodes store, as they are called in the tree.
     pub stored: Vec<&'static str>,
-    /// Those that it reads at the next position.
+    /// Those that they read.
     pub read: Vec<&'static str>,
-    /// Those of the tree that are not needed, their values having names or no effect.
+    /// Those of the tree that no live node needs.
     pub idle_registers: Vec<&'static str>,
     /// The window's width and height.
     pub window: [u32; 2],
@@ -47,13 +46,7 @@ pub struct TreeUses {
 }
 
 impl Uses {
-    pub(super) fn of(
-        individual: &Individual,
-        listing: &Listing,
-        program: &Program,
-        before: usize,
-        live: &Live,
-    ) -> Uses {
+    pub(super) fn of(individual: &Individual, program: &Program, before: usize, live: &Live) -> Uses {
         let two = individual.first().is_some();
         let trees = individual.trees().enumerate().map(|(i, tree)| {
             let name = if !two { "only" } else { ["first", "second"][i] };

@@ -2,9 +2,9 @@
 //!
 //! A picture shows one image as the paper's Figures 1 and 2 do: in each column a white bar over what the
 //! detector takes for ground and a black one over what it takes for an obstacle, and a cross at the ideal answer
-//! ([`draw`] tells the rules); a contact sheet shows many of them, with captions; an [`Overlay`] draws the same over
-//! the frames of a camera. All are plain images in memory; whoever asked for them writes them. A [`page`] tells all of a
-//! run, or of several.
+//! ([`draw`] tells the rules), or the answers of several detectors side by side ([`draw_several`]); a contact sheet
+//! shows many of them, with captions; an [`Overlay`] draws the same over the frames of a camera. All are plain images in
+//! memory; whoever asked for them writes them. A [`page`] tells all of a run, or of several.
 //!
 //! ```
 //! use image::{GrayImage, Luma, Rgb};
@@ -30,10 +30,12 @@ pub(crate) mod font;
 mod overlay;
 pub mod page;
 mod picture;
+mod several;
 mod sheet;
 #[cfg(test)]
 mod tests;
 
 pub use overlay::{Mark, Overlay};
 pub use picture::{Column, MAX_SCALE, Style, draw, fitting_scale};
-pub use sheet::{LEGEND, Tile, contact_sheet};
+pub use several::{LEGEND_SEVERAL, MOST_DETECTORS, draw_several, letter, with_lines};
+pub use sheet::{LEGEND, Tile, contact_sheet, contact_sheet_of_several};

@@ -174,7 +174,7 @@ impl Pen<'_> {
     }
 
     /// A piece of a bar with its outline at both sides.
-    fn piece(&mut self, x: i64, top: i64, bottom: i64, colour: Colour, outline: Colour) {
+    pub(super) fn piece(&mut self, x: i64, top: i64, bottom: i64, colour: Colour, outline: Colour) {
         for (width, colour) in [(self.bar.1, outline), (self.bar.0, colour)] {
             self.canvas.fill(Area { top, bottom, ..Area::around((x, 0), width, 0) }, colour);
         }

@@ -6,6 +6,7 @@ use image::{Rgb, RgbImage};
 use super::canvas::{Area, Canvas, Colour, WHITE};
 use super::font;
 use super::picture::{RIGHT, WRONG};
+use super::several;
 
 /// What the marks of a picture mean, in a sentence for a sheet's heading.
 pub const LEGEND: &str = "White bar: taken for ground. Black bar: taken for an obstacle. Cross: ideal answer. \
@@ -23,21 +24,50 @@ const NARROWEST: u32 = 96;
 /// Between a picture and its caption, and between lines of text, in pixels of the font.
 const LEADING: u32 = 3;
 
-const PAPER: Colour = Rgb([36, 36, 40]);
+pub(super) const PAPER: Colour = Rgb([36, 36, 40]);
 
 /// A picture on a contact sheet, with what its caption says.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tile {
     picture: RgbImage,
     name: String,
-    correct: usize,
-    total: usize,
+    scores: Vec<Score>,
+}
+
+/// A text below a tile.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Score {
+    text: String,
+    colour: Colour,
+    underlined: bool,
 }
 
 impl Tile {
     /// A tile of a picture, reduced to at most 320 pixels each way with its proportions kept, and the share of
     /// its answers that is correct.
     pub fn new(picture: &RgbImage, name: impl Into<String>, correct: usize, total: usize) -> Tile {
+        // Not by colour alone.
+        let (colour, underlined) = if correct == total { (RIGHT, false) } else { (WRONG, true) };
+        Tile::with(
+            picture,
+            name.into(),
+            vec![Score { text: format!("{correct}/{total}"), colour, underlined }],
+        )
+    }
+
+    /// The same of several detectors, of each of which so many answers are correct.
+    pub fn of_several(picture: &RgbImage, name: impl Into<String>, correct: &[usize], total: usize) -> Tile {
+        let score = |(i, &correct): (usize, &usize)| Score {
+            text: correct.to_string(),
+            colour: several::colour(i),
+            underlined: correct < total,
+        };
+        let mut scores: Vec<Score> = correct.iter().enumerate().map(score).collect();
+        scores.push(Score { text: format!("of {total}"), colour: WHITE, underlined: false });
+        Tile::with(picture, name.into(), scores)
+    }
+
+    fn with(picture: &RgbImage, name: String, scores: Vec<Score>) -> Tile {
         let (width, height) = picture.dimensions();
         let longest = width.max(height);
         let picture = if longest > SIDE {
@@ -51,7 +81,7 @@ impl Tile {
         } else {
             picture.clone()
         };
-        Tile { picture, name: name.into(), correct, total }
+        Tile { picture, name, scores }
     }
 }
 
@@ -59,6 +89,11 @@ impl Tile {
 /// `correct/total` below it. A name too long for its place loses its middle, and a character that is not
 /// printable ASCII is drawn as a box.
 pub fn contact_sheet(tiles: &[Tile], columns: usize, heading: &str) -> RgbImage {
+    contact_sheet_of_several(tiles, columns, heading, &[])
+}
+
+/// The same of several detectors, with a line below the heading for each: its letter in its colour, and this text.
+pub fn contact_sheet_of_several(tiles: &[Tile], columns: usize, heading: &str, keys: &[String]) -> RgbImage {
     let columns = columns.clamp(1, tiles.len().max(1));
     let widest = tiles.iter().map(|t| t.picture.width()).max().unwrap_or(0);
     let highest = tiles.iter().map(|t| t.picture.height()).max().unwrap_or(0);
@@ -67,35 +102,42 @@ pub fn contact_sheet(tiles: &[Tile], columns: usize, heading: &str) -> RgbImage 
     let columns_u32 = columns as u32;
     let inner = columns_u32 * (cell + MARGIN) - MARGIN;
     let lines = wrap(heading, Text { width: inner, ..text }.fitting());
-    let heading_height = lines.len() as u32 * text.line() + if lines.is_empty() { 0 } else { MARGIN };
+    let rows = (lines.len() + keys.len()) as u32;
+    let heading_height = rows * text.line() + if rows == 0 { 0 } else { MARGIN };
     let row = highest + text.line() + MARGIN;
     let height = MARGIN + heading_height + tiles.len().div_ceil(columns) as u32 * row;
     let mut sheet = Canvas(RgbImage::from_pixel(inner + 2 * MARGIN, height, PAPER));
     for (i, line) in lines.iter().enumerate() {
         text.write(&mut sheet, MARGIN, MARGIN + i as u32 * text.line(), line, WHITE);
     }
+    for (i, key) in keys.iter().enumerate() {
+        let top = MARGIN + (lines.len() + i) as u32 * text.line();
+        several::key(&mut sheet, (i64::from(MARGIN), i64::from(top)), text.scale, i, key, inner);
+    }
     for (i, tile) in tiles.iter().enumerate() {
         let left = MARGIN + (i % columns) as u32 * (cell + MARGIN);
         let top = MARGIN + heading_height + (i / columns) as u32 * row;
         overlay(&mut sheet.0, &tile.picture, i64::from(left), i64::from(top));
-        let score = format!("{}/{}", tile.correct, tile.total);
-        let score_width = font::width(score.chars().count()) * text.scale;
-        let place = text.fitting().saturating_sub(score.chars().count() + 1);
+        let letters = tile.scores.iter().map(|score| score.text.chars().count() + 1).sum::<usize>();
+        let place = text.fitting().saturating_sub(letters);
         let below = top + highest + LEADING * text.scale;
         text.write(&mut sheet, left, below, &shorten(&tile.name, place), WHITE);
-        let colour = if tile.correct == tile.total { RIGHT } else { WRONG };
-        text.write(&mut sheet, left + cell.saturating_sub(score_width), below, &score, colour);
-        if tile.correct < tile.total {
-            // not by colour alone
-            let y = i64::from(below + (font::HEIGHT - 1) * text.scale);
-            let right = i64::from(left + cell);
-            let line = Area {
-                left: right - i64::from(score_width),
-                top: y,
-                right,
-                bottom: y + i64::from(text.scale),
-            };
-            sheet.fill(line, colour);
+        let mut end = left + cell;
+        for score in tile.scores.iter().rev() {
+            let width = font::width(score.text.chars().count()) * text.scale;
+            let start = end.saturating_sub(width).max(left);
+            text.write(&mut sheet, start, below, &score.text, score.colour);
+            if score.underlined {
+                let y = i64::from(below + (font::HEIGHT - 1) * text.scale);
+                let line = Area {
+                    left: i64::from(end) - i64::from(width),
+                    top: y,
+                    right: i64::from(end),
+                    bottom: y + i64::from(text.scale),
+                };
+                sheet.fill(line, score.colour);
+            }
+            end = start.saturating_sub(font::ADVANCE * text.scale);
         }
     }
     sheet.0
@@ -125,7 +167,7 @@ impl Text {
 
 /// A name of at most `most` characters: what is too long loses its middle, for names of frames differ at the
 /// end and belong together at the beginning.
-fn shorten(name: &str, most: usize) -> String {
+pub(super) fn shorten(name: &str, most: usize) -> String {
     let characters: Vec<char> = name.chars().collect();
     if characters.len() <= most {
         return name.into();

@@ -1,6 +1,6 @@
 //! Image files to 8-bit gray.
 
-use std::io::Cursor;
+use std::io::{self, BufRead, Cursor, Seek};
 use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, GrayImage, ImageFormat, ImageReader, Limits, Luma};
@@ -77,7 +77,27 @@ pub enum ImageError {
 /// If the file cannot be read or decoded, or a side is not in [`Program::MIN_SIDE`] to [`Program::MAX_SIDE`].
 pub fn load_gray(path: &Path) -> Result<GrayImage, ImageError> {
     let io = |source| ImageError::Io { path: path.to_owned(), source };
-    let mut reader = ImageReader::open(path).map_err(io)?.with_guessed_format().map_err(io)?;
+    let reader = ImageReader::open(path).map_err(io)?.with_guessed_format().map_err(io)?;
+    decode(reader, path, || std::fs::read(path))
+}
+
+/// The same from the bytes of an image file; `path` is what messages call it.
+///
+/// # Errors
+/// As [`load_gray`].
+pub fn decode_gray(bytes: &[u8], path: &Path) -> Result<GrayImage, ImageError> {
+    let io = |source| ImageError::Io { path: path.to_owned(), source };
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(io)?;
+    decode(reader, path, || Ok(bytes.to_vec()))
+}
+
+/// Decodes what the reader holds; `whole` gives all of its bytes.
+fn decode<R: BufRead + Seek>(
+    mut reader: ImageReader<R>,
+    path: &Path,
+    whole: impl FnOnce() -> io::Result<Vec<u8>>,
+) -> Result<GrayImage, ImageError> {
+    let io = |source| ImageError::Io { path: path.to_owned(), source };
     let Some(format) = reader.format() else {
         return Err(ImageError::Format { path: path.to_owned() });
     };
@@ -94,7 +114,7 @@ pub fn load_gray(path: &Path) -> Result<GrayImage, ImageError> {
     if width.max(height) > Program::MAX_SIDE {
         return Err(ImageError::TooLarge { path: path.to_owned() });
     }
-    if format == ImageFormat::Jpeg && !is_whole_jpeg(&std::fs::read(path).map_err(io)?, &image) {
+    if format == ImageFormat::Jpeg && !is_whole_jpeg(&whole().map_err(io)?, &image) {
         return Err(ImageError::CutOff { path: path.to_owned() });
     }
     Ok(to_gray(image))

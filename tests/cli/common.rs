@@ -206,3 +206,14 @@ impl Dice {
         (z ^ z >> 31) % n
     }
 }
+
+/// Whether ffmpeg is there. Where it is not that is said, and is a failure where VSONAR_REQUIRE_TOOLS is set.
+pub(crate) fn has_ffmpeg() -> bool {
+    let found = Command::new("ffmpeg").arg("-version").output().is_ok_and(|output| output.status.success());
+    if !found {
+        let required = std::env::var_os("VSONAR_REQUIRE_TOOLS").is_some();
+        assert!(!required, "`ffmpeg -version` does not run, but VSONAR_REQUIRE_TOOLS is set");
+        eprintln!("skipped: `ffmpeg -version` does not run");
+    }
+    found
+}

@@ -49,7 +49,12 @@ fn elements(page: &str) -> Vec<Element> {
         for name in ["src", "href", "srcset", "data", "action", "xlink:href"] {
             if let Some(value) = element.get(name) {
                 let inside = value.strip_prefix('#').is_some_and(|id| ids.contains(id));
-                assert!(inside || value.starts_with("data:image/png;base64,") || value.starts_with("data:image/svg+xml;base64,"), "{name}={value}");
+                assert!(
+                    inside
+                        || value.starts_with("data:image/png;base64,")
+                        || value.starts_with("data:image/svg+xml;base64,"),
+                    "{name}={value}"
+                );
             }
         }
         if element.name == "img" {
@@ -105,7 +110,8 @@ fn the_page_of_a_run_is_sound_and_says_what_eval_says() {
     ];
     assert_eq!(sections, expected);
     assert!(all.iter().filter(|e| e.get("role") == Some("img")).count() >= 12);
-    let pictures = |kind: &str| all.iter().filter(|e| e.get("src").is_some_and(|src| src.starts_with(kind))).count();
+    let pictures =
+        |kind: &str| all.iter().filter(|e| e.get("src").is_some_and(|src| src.starts_with(kind))).count();
     assert_eq!(pictures("data:image/png"), 3, "the images of the held-out drive");
     assert_eq!(pictures("data:image/svg+xml"), 1, "the trees");
     assert!(page.contains("images of 64 x 48 pixels") && page.contains("bit for bit"), "the listing");

@@ -37,7 +37,9 @@ fn are_lines(told: &[String], lines: &[String]) -> bool {
     match told {
         [] => lines.is_empty(),
         [dots, rest @ ..] if dots == "..." => (0..=lines.len()).any(|i| are_lines(rest, &lines[i..])),
-        [first, rest @ ..] => lines.first().is_some_and(|l| is_line(first, l) && are_lines(rest, &lines[1..])),
+        [first, rest @ ..] => {
+            lines.first().is_some_and(|l| is_line(first, l) && are_lines(rest, &lines[1..]))
+        }
     }
 }
 
@@ -94,7 +96,12 @@ fn the_tour_is_true() {
     assert_eq!(short.len(), 10, "the README has them all");
     for (command, told) in &short {
         let lines = printed.get(command.as_str()).unwrap_or_else(|| panic!("{command} is not of the tour"));
-        assert!(are_lines(told, lines), "{command}\nprints\n{}\nbut the README says\n{}", lines.join("\n"), told.join("\n"));
+        assert!(
+            are_lines(told, lines),
+            "{command}\nprints\n{}\nbut the README says\n{}",
+            lines.join("\n"),
+            told.join("\n")
+        );
     }
 }
 
@@ -102,7 +109,17 @@ fn the_tour_is_true() {
 fn what_is_told_is_compared() {
     let lines = |text: &str| text.lines().map(str::to_string).collect::<Vec<_>>();
     let same = |told: &str, printed: &str| are_lines(&lines(told), &lines(printed));
-    assert!(same("a\n...\nz", "a\nb\nc\nz") && same("a\n...\nz", "a\nz") && same("took [..] s", "took 3.2 s"));
-    assert!(!same("a\n...\nz", "a\nb") && !same("a", "a\nb") && !same("a\nb", "a") && !same("took [..] s", "took 3"));
-    assert_eq!(told("x\n```console\n$ vsonar a b\nout\n```\n"), [("vsonar a b".to_string(), vec!["out".to_string()])]);
+    assert!(
+        same("a\n...\nz", "a\nb\nc\nz") && same("a\n...\nz", "a\nz") && same("took [..] s", "took 3.2 s")
+    );
+    assert!(
+        !same("a\n...\nz", "a\nb")
+            && !same("a", "a\nb")
+            && !same("a\nb", "a")
+            && !same("took [..] s", "took 3")
+    );
+    assert_eq!(
+        told("x\n```console\n$ vsonar a b\nout\n```\n"),
+        [("vsonar a b".to_string(), vec!["out".to_string()])]
+    );
 }

@@ -7,7 +7,7 @@ use super::chart::{Axis, Ink, Plot, PlotError, Series, Shape, Unit};
 use super::comparison::scores;
 use super::curves;
 use super::model::{Comparison, Part, Report, Run, Setting};
-use super::parts::{Figure, Table, count, duration, none, number, percent, quartiles, rows};
+use super::parts::{Figure, POINTS, Table, count, duration, none, number, percent, quartiles, rows, thinned};
 use super::sections;
 use crate::statistics::Quartiles;
 
@@ -124,7 +124,8 @@ fn table(settings: &[Setting], runs: &[Run]) -> Table {
         for (part, q) in &setting.parts {
             // Of a run that is not complete what is held out was not looked at.
             let scored = scores(setting, runs, *part).len();
-            let of = if scored == setting.runs.len() { count.clone() } else { format!("{scored} of {count}") };
+            let of =
+                if scored == setting.runs.len() { count.clone() } else { format!("{scored} of {count}") };
             table.row([
                 setting.name.clone(),
                 of,

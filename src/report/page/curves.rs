@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::chart::{Axis, Ink, Plot, PlotError, Series, Shape, Unit};
 use super::model::Run;
-use super::parts::{Figure, Table, count, duration, grouped, maybe, number, percent, rows, thinned};
+use super::parts::{Figure, POINTS, Table, count, duration, grouped, maybe, number, percent, rows, thinned};
 use crate::evolve::Record;
 
 /// Bars of a plot of time, at most.

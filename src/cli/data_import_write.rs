@@ -1,0 +1,199 @@
+//! Writing a data folder from pictures that were found, and what is said about it.
+
+use std::collections::BTreeSet;
+use std::io::{Cursor, IsTerminal};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use image::ImageFormat;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rayon::prelude::*;
+use serde::Serialize;
+use vsonar::dataset::import::{Found, ImportError, Item, Labelled, LeftOut, Names, Value, View};
+use vsonar::dataset::{self, CheckReport};
+
+use super::data_import::Wanted;
+use super::new_folder::NewFolder;
+use super::output::{self, count, shell_word};
+use super::{CliError, interrupt};
+
+/// What was done.
+#[derive(Serialize)]
+struct Summary {
+    images: usize,
+    cases: usize,
+    /// Columns without a case, because their labels depend on ignored pixels.
+    undecided: usize,
+    left_out: Vec<LeftOut>,
+    check: CheckReport,
+}
+
+/// Pictures between two looks at Ctrl-C, which are in memory together.
+const AT_A_TIME: usize = 16;
+
+/// How many pictures that were left out are named.
+const SHOWN: usize = 10;
+
+/// Writes the folder and reports on it. `no_ground` says what may be wrong if nothing is ground, of the values that the masks
+/// have.
+pub(super) fn write(
+    found: Found,
+    wanted: Wanted,
+    mut folder: NewFolder,
+    no_ground: impl Fn(&BTreeSet<Value>) -> String,
+) -> Result<(), CliError> {
+    let Found { items, mut left_out, faulty, .. } = found;
+    if !wanted.skip_faulty && !faulty.is_empty() {
+        let more = match faulty.len() - 1 {
+            0 => String::new(),
+            more => format!("\nand {} more like it", count(more as u64, "image")),
+        };
+        return Err(CliError::Failed(format!("{}{more}\n{SKIP}", faulty[0].1)));
+    }
+    left_out.extend(faulty.into_iter().map(|(name, error)| LeftOut { name, reason: error.to_string() }));
+    let view = wanted.view.view();
+    // A fault of the first picture is told when its turn comes.
+    let Some(size) = view.size.or_else(|| items.iter().find_map(|item| item.size(&view).ok())) else {
+        return Err(nothing(&items, &view, &left_out));
+    };
+    let columns = wanted.columns.of(size.0)?;
+    if let Some(i) = (1..columns.len()).find(|&i| columns[..i].contains(&columns[i])) {
+        return Err(CliError::Usage(format!("--columns: {} is there twice", columns[i])));
+    }
+    let stop = interrupt::stop_flag()?;
+    folder.make()?;
+    let mut names = Names::default();
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(["image", "x", "y"])?;
+    let (mut images, mut cases, mut undecided, mut any_ground) = (0, 0, 0, false);
+    let mut values = BTreeSet::new();
+    let bar = bar(items.len() as u64, wanted.json);
+    for part in items.chunks(AT_A_TIME) {
+        if stop.load(Ordering::Relaxed) {
+            bar.finish_and_clear();
+            return Err(CliError::Interrupted("interrupted; nothing was written".to_string()));
+        }
+        let made: Vec<_> = part.par_iter().map(|item| labelled(item, &view, size, &columns, &stop)).collect();
+        for (item, made) in part.iter().zip(made) {
+            match made {
+                Err(error) if wanted.skip_faulty => {
+                    left_out.push(LeftOut { name: item.name.clone(), reason: error.to_string() });
+                }
+                Err(error) => {
+                    bar.finish_and_clear();
+                    return Err(CliError::Failed(format!("{error}\n{SKIP}")));
+                }
+                Ok((labelled, png)) => {
+                    undecided += labelled.undecided;
+                    any_ground |= labelled.any_ground;
+                    values.extend(labelled.values);
+                    if labelled.labels.is_empty() {
+                        let reason = "every label asked for depends on ignored pixels".to_string();
+                        left_out.push(LeftOut { name: item.name.clone(), reason });
+                        continue;
+                    }
+                    let name = names.png(&item.name);
+                    folder.write(&format!("images/{name}"), &png)?;
+                    for (x, y) in &labelled.labels {
+                        table.write_record([&name, &x.to_string(), &y.to_string()])?;
+                    }
+                    (images, cases) = (images + 1, cases + labelled.labels.len());
+                }
+            }
+        }
+        bar.inc(part.len() as u64);
+    }
+    bar.finish_and_clear();
+    if images == 0 {
+        return Err(nothing(&items, &view, &left_out));
+    }
+    if !any_ground {
+        return Err(CliError::Failed(no_ground(&values)));
+    }
+    let table = table.into_inner().map_err(|e| CliError::Failed(e.to_string()))?;
+    folder.write("labels.csv", &table)?;
+    let check = dataset::check(folder.part()).moved_to(&wanted.out);
+    if !check.is_sound() {
+        return Err(CliError::Failed(format!("the new folder would have faults, and is not kept:\n{check}")));
+    }
+    if stop.load(Ordering::Relaxed) {
+        return Err(CliError::Interrupted("interrupted; nothing was written".to_string()));
+    }
+    folder.finish()?;
+    left_out.sort();
+    let summary = Summary { images, cases, undecided, left_out, check };
+    if wanted.json { output::print_json(&summary) } else { output::print(&text(&summary, &wanted)) }
+}
+
+const SKIP: &str = "nothing was written; `--skip-faulty` leaves out what is wrong";
+
+/// The picture with its labels, and as a PNG file.
+fn labelled(
+    item: &Item,
+    view: &View,
+    size: (u32, u32),
+    columns: &[u32],
+    stop: &AtomicBool,
+) -> Result<(Labelled, Vec<u8>), ImportError> {
+    let labelled = item.labelled(view, size, columns)?;
+    let mut png = Cursor::new(Vec::new());
+    // Encoding into memory fails only where there is none; then writing the file tells.
+    if !stop.load(Ordering::Relaxed) {
+        let _ = labelled.pixels.write_to(&mut png, ImageFormat::Png);
+    }
+    Ok((labelled, png.into_inner()))
+}
+
+/// Why there is nothing to write.
+fn nothing(items: &[Item], view: &View, left_out: &[LeftOut]) -> CliError {
+    let fault = items.first().and_then(|item| item.size(view).err());
+    let reason = match (fault, left_out) {
+        (Some(fault), _) => fault.to_string(),
+        (None, []) => "nothing of this kind was found there; check the paths".to_string(),
+        (None, left_out) => {
+            format!("{} left out:\n{}", count(left_out.len() as u64, "file"), named(left_out))
+        }
+    };
+    CliError::Failed(format!("there is no image to import: {reason}"))
+}
+
+/// The first ones that were left out, a line each.
+fn named(left_out: &[LeftOut]) -> String {
+    let line = |LeftOut { name, reason }: &LeftOut| format!("  {name}: {}\n", reason.replace('\n', " "));
+    let mut text: String = left_out.iter().take(SHOWN).map(line).collect();
+    if left_out.len() > SHOWN {
+        text += &format!("  and {} more\n", left_out.len() - SHOWN);
+    }
+    text
+}
+
+fn bar(steps: u64, quiet: bool) -> ProgressBar {
+    let target = match !quiet && std::io::stderr().is_terminal() {
+        true => ProgressDrawTarget::stderr_with_hz(10),
+        false => ProgressDrawTarget::hidden(),
+    };
+    let bar = ProgressBar::with_draw_target(Some(steps), target);
+    if let Ok(style) = ProgressStyle::with_template("{pos}/{len} images {wide_bar} {eta}") {
+        bar.set_style(style.progress_chars("━╸─"));
+    }
+    bar
+}
+
+fn text(summary: &Summary, wanted: &Wanted) -> String {
+    let Summary { images, cases, undecided, left_out, check } = summary;
+    let mut text =
+        format!("{check}\nimported  {}, {}\n", count(*images as u64, "image"), count(*cases as u64, "case"));
+    if *undecided > 0 {
+        text +=
+            &format!("no label  {}, which depend on ignored pixels\n", count(*undecided as u64, "column"));
+    }
+    if !left_out.is_empty() {
+        text += &format!("left out  {}\n", left_out.len());
+        text += &named(left_out);
+        if left_out.len() > SHOWN {
+            text += "  (`--json` names all of them)\n";
+        }
+    }
+    // Names of files may hold what a terminal would take for commands.
+    let text: String = text.chars().map(|c| if c.is_control() && c != '\n' { '?' } else { c }).collect();
+    format!("{text}Next: vsonar evolve --data {}\n", shell_word(&wanted.out))
+}

@@ -1,0 +1,149 @@
+//! What can be wrong with pictures and annotations.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::ViewError;
+use crate::vision::ImageError;
+
+/// Why a picture, or all of an annotation, cannot be imported.
+#[derive(Debug, thiserror::Error)]
+pub enum ImportError {
+    /// A file or folder cannot be read.
+    #[error("{}: cannot be read: {source}; check the path and the permissions", .path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// An annotation is longer than any there is.
+    #[error("{}: is longer than {} MiB; split it", .path.display(), .most >> 20)]
+    TooLong {
+        /// The file.
+        path: PathBuf,
+        /// Most bytes that are read.
+        most: u64,
+    },
+    /// An annotation is no JSON, or not of the form expected.
+    #[error("{}: {source}; export the annotations anew, or mend the file there", .path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with line and column.
+        source: serde_json::Error,
+    },
+    /// Something in an annotation makes no sense.
+    #[error("{}: {place}: {problem}", .path.display())]
+    At {
+        /// The file.
+        path: PathBuf,
+        /// Where in it, as `shapes[3].points[1]`.
+        place: String,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
+    /// An annotation names a file that is not inside the folder.
+    #[error(
+        "{}: {place}: `{name}` is not a path below the folder of the images; only those are followed: {remedy}",
+        .path.display()
+    )]
+    Outside {
+        /// The annotation.
+        path: PathBuf,
+        /// Where in it.
+        place: String,
+        /// The path that stands there.
+        name: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A picture cannot be decoded.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// A mask cannot be used.
+    #[error("{}: {problem}", .path.display())]
+    Mask {
+        /// The mask.
+        path: PathBuf,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
+    /// Picture and annotation are of different sizes.
+    #[error(
+        "{}: is of {}x{} pixels, and the picture {} has {}x{}; {}",
+        .annotation.display(), .said.0, .said.1, .picture.display(), .size.0, .size.1, remedy(*.said, *.size)
+    )]
+    Sizes {
+        /// The mask, or the annotation.
+        annotation: PathBuf,
+        /// The size that it is of.
+        said: (u64, u64),
+        /// The picture.
+        picture: PathBuf,
+        /// The picture's size.
+        size: (u32, u32),
+    },
+    /// The wanted part is not in the picture.
+    #[error("{}: {source}", .path.display())]
+    View {
+        /// The picture.
+        path: PathBuf,
+        /// Why not.
+        source: ViewError,
+    },
+    /// The picture becomes one of another size than those before.
+    #[error(
+        "{}: becomes {}x{} pixels, and the first picture {}x{}; bring all to one size with `--size {}x{}`",
+        .path.display(), .size.0, .size.1, .first.0, .first.1, .first.0, .first.1
+    )]
+    Uneven {
+        /// The picture.
+        path: PathBuf,
+        /// The size that it becomes.
+        size: (u32, u32),
+        /// The size of the others.
+        first: (u32, u32),
+    },
+}
+
+/// What to do about two sizes.
+fn remedy(said: (u64, u64), (width, height): (u32, u32)) -> &'static str {
+    if said == (height.into(), width.into()) {
+        "if it is a photo with an orientation tag, which is ignored here, save it upright"
+    } else {
+        "find the one that belongs to it, or scale it before"
+    }
+}
+
+impl ImportError {
+    pub(super) fn read(path: &Path, source: io::Error) -> ImportError {
+        ImportError::Read { path: path.into(), source }
+    }
+
+    pub(super) fn at(path: &Path, place: impl Into<String>, problem: impl Into<String>) -> ImportError {
+        ImportError::At { path: path.into(), place: place.into(), problem: problem.into() }
+    }
+
+    pub(super) fn mask(path: &Path, problem: impl Into<String>) -> ImportError {
+        ImportError::Mask { path: path.into(), problem: problem.into() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn photos_that_lie_on_their_side_are_told() {
+        let sizes = |said| ImportError::Sizes {
+            annotation: "a.json".into(),
+            said,
+            picture: "a.jpg".into(),
+            size: (40, 30),
+        };
+        let text = sizes((30, 40)).to_string();
+        assert!(text.starts_with("a.json: is of 30x40 pixels, and the picture a.jpg has 40x30; "), "{text}");
+        assert!(text.contains("upright") && !sizes((41, 30)).to_string().contains("upright"));
+    }
+}

@@ -1,0 +1,170 @@
+//! Names: of files that annotations point at, of the pictures in a new set, of labels.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+/// The path below a folder that an annotation names, with `/` or `\` between its parts; none if it could lead out of the
+/// folder, or to a file that cannot be told by its name.
+pub(super) fn below(name: &str) -> Option<PathBuf> {
+    let name = name.strip_prefix("./").unwrap_or(name);
+    let plain = |part: &str| !part.is_empty() && part != "." && part != ".." && !part.contains([':', '\0']);
+    let parts: Vec<&str> = name.split(['/', '\\']).collect();
+    parts.iter().all(|part| plain(part)).then(|| parts.iter().collect())
+}
+
+/// The last part of a path as it stands in an annotation.
+pub(super) fn leaf(name: &str) -> &str {
+    name.rsplit(['/', '\\']).next().unwrap_or(name)
+}
+
+/// A path without the ending of its last part.
+pub(super) fn stem(name: &str) -> &str {
+    let start = name.rfind('/').map_or(0, |slash| slash + 1);
+    match name[start..].rfind('.') {
+        None | Some(0) => name,
+        Some(dot) => &name[..start + dot],
+    }
+}
+
+/// The names of the pictures of a set: PNG files below the folder, no two the same on any file system.
+#[derive(Debug, Default)]
+pub struct Names(BTreeSet<String>);
+
+impl Names {
+    /// A name for a picture that was called so: letters, digits, `.`, `-`, `_` and `/` stay, everything else becomes `_`, and
+    /// the ending `.png`. A name that is taken keeps its old ending before the new one; if need be with a letter or more
+    /// behind, for numbers at the end tell the order of a drive.
+    ///
+    /// ```
+    /// use vsonar::dataset::import::Names;
+    ///
+    /// let mut names = Names::default();
+    /// assert_eq!(names.png("drive 1/frame_07.jpg"), "drive_1/frame_07.png");
+    /// assert_eq!(names.png("drive 1/frame_07.jpeg"), "drive_1/frame_07.jpeg.png");
+    /// ```
+    pub fn png(&mut self, name: &str) -> String {
+        let sane = |c: char| if c.is_alphanumeric() || "._-/".contains(c) { c } else { '_' };
+        let name: String = name.replace('\\', "/").chars().map(sane).collect();
+        // No empty part, none of dots alone, none hidden.
+        let parts = name.split('/').map(|part| part.trim_start_matches('.')).filter(|part| !part.is_empty());
+        let name = parts.collect::<Vec<_>>().join("/");
+        let name = if name.is_empty() { "picture".to_string() } else { name };
+        let lettered = (1usize..).map(|n| format!("{}-{}.png", stem(&name), "b".repeat(n)));
+        let mut candidates =
+            [format!("{}.png", stem(&name)), format!("{name}.png")].into_iter().chain(lettered);
+        candidates.find(|name| self.0.insert(name.to_lowercase())).unwrap_or_default()
+    }
+}
+
+/// Which labels are ground.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Labels {
+    /// Whether the names are those of the ground, or those of everything else.
+    pub named: Named,
+    /// The names.
+    pub names: BTreeSet<String>,
+    /// Names of what nobody knows whether it is ground.
+    pub ignored: BTreeSet<String>,
+}
+
+/// What the names are of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Named {
+    /// The ground; what no region covers is not ground.
+    Ground,
+    /// What is not ground; what no region covers is ground.
+    Other,
+}
+
+impl Labels {
+    /// What is seen where no region is.
+    pub(super) fn base(&self) -> super::Surface {
+        match self.named {
+            Named::Ground => super::Surface::Other,
+            Named::Other => super::Surface::Ground,
+        }
+    }
+
+    /// What is seen in a region of this label.
+    pub(super) fn of(&self, label: &str) -> super::Surface {
+        use super::Surface::{Ground, Ignored, Other};
+        if self.ignored.contains(label) {
+            return Ignored;
+        }
+        match (self.named, self.names.contains(label)) {
+            (Named::Ground, true) | (Named::Other, false) => Ground,
+            (Named::Ground, false) | (Named::Other, true) => Other,
+        }
+    }
+
+    /// Names that are not among the labels there are.
+    pub fn unknown<'a>(&'a self, known: &'a BTreeSet<String>) -> impl Iterator<Item = &'a String> {
+        self.names.union(&self.ignored).filter(|name| !known.contains(*name))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_stay_below_the_folder() {
+        for (name, path) in
+            [("a.png", "a.png"), ("./a/b.png", "a/b.png"), ("a\\b.png", "a/b.png"), (".a", ".a")]
+        {
+            assert_eq!(below(name), Some(PathBuf::from(path)), "{name}");
+        }
+        for name in [
+            "",
+            ".",
+            "..",
+            "/etc/passwd",
+            "a/../../b",
+            "../a",
+            "a//b",
+            "a/",
+            "C:\\a",
+            "\\\\host\\a",
+            "a\0b",
+            "././a",
+        ] {
+            assert_eq!(below(name), None, "{name}");
+        }
+        assert_eq!((leaf("..\\a\\b.jpg"), leaf("../x.png"), leaf("x")), ("b.jpg", "x.png", "x"));
+        assert_eq!((stem("a.b/c"), stem("a/b.c.d"), stem("a/.b")), ("a.b/c", "a/b.c", "a/.b"));
+    }
+
+    #[test]
+    fn names_are_sane_and_differ() {
+        let mut names = Names::default();
+        let given = ["a.jpg", "A.png", "a.JPG", "../x y.png", "/a\\b:c.png", "..", "", "é/ü.bmp", "a.jpg"];
+        let made = given.map(|name| names.png(name));
+        assert_eq!(
+            made,
+            [
+                "a.png",
+                "A.png.png",
+                "a.JPG.png",
+                "x_y.png",
+                "a/b_c.png",
+                "picture.png",
+                "picture-b.png",
+                "é/ü.png",
+                "a-b.png"
+            ]
+        );
+    }
+
+    #[test]
+    fn labels_are_ground_or_not() {
+        use super::super::Surface::*;
+        let set = |names: &[&str]| names.iter().map(ToString::to_string).collect::<BTreeSet<_>>();
+        let ground = Labels { named: Named::Ground, names: set(&["floor"]), ignored: set(&["glass"]) };
+        assert_eq!(["floor", "chair", "glass"].map(|label| ground.of(label)), [Ground, Other, Ignored]);
+        let other = Labels { named: Named::Other, ..ground.clone() };
+        assert_eq!(["floor", "chair", "glass"].map(|label| other.of(label)), [Other, Ground, Ignored]);
+        assert_eq!((ground.base(), other.base()), (Other, Ground));
+        let known = set(&["floor", "chair"]);
+        assert_eq!(ground.unknown(&known).collect::<Vec<_>>(), ["glass"]);
+    }
+}
