@@ -25,3 +25,4 @@ mod show;
 mod sweep;
 mod sweep_faults;
 mod synth;
+mod watch;
