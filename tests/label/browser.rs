@@ -227,10 +227,24 @@ impl Browser {
             body.len()
         )
         .expect("the driver listens");
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).expect("UTF-8");
-        let (_, body) = answer.split_once("\r\n\r\n").expect("a body");
-        let answer: Value = serde_json::from_str(body).unwrap_or_else(|error| panic!("{answer}: {error}"));
+        // The driver may leave the connection open behind its answer.
+        let mut stream = BufReader::new(stream);
+        let mut length = 0;
+        loop {
+            let mut line = String::new();
+            stream.read_line(&mut line).expect("UTF-8");
+            if line.trim_end().is_empty() {
+                break;
+            }
+            if let Some((_, value)) =
+                line.split_once(':').filter(|(name, _)| name.eq_ignore_ascii_case("content-length"))
+            {
+                length = value.trim().parse().expect("a number");
+            }
+        }
+        let mut answer = vec![0; length];
+        stream.read_exact(&mut answer).expect("a body");
+        let answer: Value = serde_json::from_slice(&answer).expect("JSON");
         let entries = answer["value"].as_array().unwrap_or_else(|| panic!("no log: {answer}"));
         let bad =
             entries.iter().filter(|entry| ["SEVERE", "WARNING"].iter().any(|level| entry["level"] == *level));

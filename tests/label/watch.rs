@@ -87,13 +87,15 @@ fn it_keeps_up_and_leaves_the_reader_alone() {
     let place = |browser: &Browser| browser.get(&format!("{FIGURE}.getBoundingClientRect().top")).as_f64();
     let row = |browser: &Browser| browser.get("kept.querySelector('tbody tr:last-child th').textContent");
     let line = |browser: &Browser| {
-        browser.get(&format!("{FIGURE}.querySelector('polyline').getAttribute('points')"))
+        browser.get(&format!("{FIGURE}.querySelector('svg polyline.l-s0').getAttribute('points')"))
     };
     let before = (row(&browser), line(&browser), browser.text("line"), place(&browser).expect("a number"));
     for _ in 0..2 {
         later(&browser, revision(&browser));
     }
-    assert!(row(&browser) != before.0 && line(&browser) != before.1 && browser.text("line") != before.2);
+    assert_ne!(row(&browser), before.0);
+    assert_ne!(line(&browser), before.1);
+    assert_ne!(browser.text("line"), before.2);
     assert!((place(&browser).expect("a number") - before.3).abs() < 2.0, "it has moved");
     for same in
         ["kept.isConnected && kept.open", "svg.isConnected", "document.activeElement.nodeName === 'SUMMARY'"]
