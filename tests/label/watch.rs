@@ -156,6 +156,7 @@ fn it_says_when_the_run_has_ended() {
     drop(watched);
     browser.wait("document.getElementById('live').dataset.state === 'lost'");
     assert!(browser.text("note").contains("has ended or was stopped"));
+    assert!(!browser.text("line").contains("left"), "nobody knows how long: {}", browser.text("line"));
     assert_eq!(browser.get("Boolean(document.getElementById('g-fitness-t'))"), true, "what there was stays");
 }
 

@@ -63,8 +63,14 @@ function show(news) {
     revision = news.revision;
     report.dataset.revision = revision;
   }
-  document.title = `${news.end === null ? Math.floor(100 * news.share) + " %" : "ended"}: ${$("report").querySelector("h1")?.textContent ?? ""}`;
+  const far = news.end === null ? `${Math.floor(100 * news.share)} %` : "ended";
+  document.title = `${far}: ${report.querySelector("h1")?.textContent ?? ""}`;
   say(news.end === null ? "running" : "ended", news.end ?? "");
+}
+
+function lose() {
+  $("line").textContent = $("line").textContent.replace(/, [^,]* left$/, "");
+  say("lost", "The command does not answer: it has ended or was stopped. This is what it told last.");
 }
 
 function say(state, words) {
@@ -93,7 +99,7 @@ async function follow() {
     } catch (error) {
       if (error.name === "AbortError") continue;
       failures += 1;
-      if (failures >= LOST_AFTER) say("lost", "The command does not answer: it has ended or was stopped. This is what it told last.");
+      if (failures >= LOST_AFTER) lose();
       await new Promise((done) => setTimeout(done, PAUSES[failures - 1] ?? 0));
     }
   }
