@@ -57,6 +57,7 @@ pub mod report;
 pub mod statistics;
 pub mod tree;
 pub mod vision;
+pub mod watch;
 pub mod web;
 pub mod world;
 

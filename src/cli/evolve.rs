@@ -11,6 +11,7 @@ use vsonar::evolve::{Evolution, RunFolder, Settings, SharedSet, StopReason};
 
 use super::cases::Cases;
 use super::data_args::DataArgs;
+use super::evolve_watch::WatchArgs;
 use super::executor::Choice;
 use super::memory::MemoryArgs;
 use super::output::{self, count, grouped, shell_word};
@@ -47,6 +48,8 @@ Examples:
       the same data and settings again, with another seed
   vsonar evolve --resume runs/photos-seed-1 --generations 100
       go on with a run that was stopped, or add generations
+  vsonar evolve --data photos --watch --open
+      curves, hall of fame and the best program in the browser, while it runs
 
 The run folder holds best.gp (the best program so far), log.jsonl (a line a generation), hall_of_fame.jsonl,
 settings.toml (every setting in full, and the data) and the checkpoint that --resume goes on from. A run is a function of data,
@@ -107,6 +110,8 @@ pub(crate) struct Args {
     /// Keep windows of columns that programs choose themselves in at most this many MiB, within `--memory`; 0 keeps none
     #[arg(long, value_name = "MIB", help_heading = "Run", default_value_t = (Evolution::STRIP_BYTES >> 20) as u32)]
     strip_cache: u32,
+    #[command(flatten, next_help_heading = "Run")]
+    pub(crate) watch: WatchArgs,
     /// Show nothing before the summary
     #[arg(long, short, help_heading = "Run")]
     pub(crate) quiet: bool,
@@ -171,15 +176,25 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     }
     let style = Style::of(args.quiet, args.json);
     let stop = interrupt::stop_flag()?;
+    let server = args.watch.bind()?;
     let mut prepared = match &args.resume {
         Some(folder) => resume(&args, folder)?,
         None => fresh(&args)?,
     };
     announce(&prepared, &args, style)?;
+    let page = args.watch.start(server, 1, prepared.evolution.settings().generations)?;
+    let run = page.begin(&prepared.folder, &prepared.source, &prepared.evolution);
     let started = Instant::now();
-    let reason = watch(&mut prepared.evolution, &prepared.cases.train, style, &stop)?;
+    let told = || page.generation(run);
+    let reason = watch(&mut prepared.evolution, &prepared.cases.train, style, &stop, told);
+    let reason = reason.inspect_err(|error| page.broken(error))?;
     let seconds = started.elapsed().as_secs_f64();
     let complete = reason == StopReason::Finished;
+    if complete {
+        page.complete(&[&prepared.folder]);
+    } else {
+        page.broken(&interrupted(&prepared));
+    }
     if let Some(report) =
         Report::of(&prepared.evolution, &prepared.cases, &prepared.source, &prepared.folder, seconds)?
     {
@@ -286,20 +301,24 @@ fn announce(run: &Prepared, args: &Args, style: Style) -> Result<(), CliError> {
     ))
 }
 
-/// Runs and shows it.
+/// Runs and shows it; `told` is called after each generation.
 fn watch(
     evolution: &mut Evolution,
     train: &Dataset,
     style: Style,
     stop: &Arc<AtomicBool>,
+    told: impl Fn(),
 ) -> Result<StopReason, CliError> {
     let mut view = View::start(style, evolution, evolution.settings().generations, train);
     let mut unseen: Option<io::Error> = None;
-    let reason = evolution.run(stop, |record| match view.generation(record) {
-        Ok(()) => view.warn(),
-        Err(error) => {
-            unseen = Some(error);
-            stop.store(true, Ordering::Relaxed);
+    let reason = evolution.run(stop, |record| {
+        told();
+        match view.generation(record) {
+            Ok(()) => view.warn(),
+            Err(error) => {
+                unseen = Some(error);
+                stop.store(true, Ordering::Relaxed);
+            }
         }
     });
     drop(view);

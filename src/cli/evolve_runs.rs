@@ -12,6 +12,7 @@ use vsonar::evolve::{Evolution, FolderError, RunFolder, Settings, SharedSet, Sto
 
 use super::cases::Cases;
 use super::evolve::{Args, Plan, RUNS};
+use super::evolve_watch::Page;
 use super::jobs::{self, Cores};
 use super::output::{self, count, grouped, shell_word};
 use super::runs_report::{One, Report, Scored};
@@ -27,6 +28,13 @@ struct Fold {
     source: Source,
     /// Bytes left under the limit of all memory.
     room: u64,
+}
+
+/// What is told of runs while they go on.
+struct Told {
+    /// Where those are that were begun, so that it can be said how to go on.
+    begun: Mutex<Vec<Begun>>,
+    page: Page,
 }
 
 /// A run of a fold that was begun.
@@ -45,6 +53,7 @@ pub(crate) fn run(args: &Args, runs: u16) -> Result<(), CliError> {
         .try_for_each(Settings::validate)
         .map_err(|e| CliError::Usage(format!("--runs {runs}: {e}")))?;
     let cores = Cores::new(args.jobs, args.threads, |_| 1);
+    let server = args.watch.bind()?;
     let folds = folds(args, &source, &all, cores)?;
     let stop = interrupt::stop_flag()?;
     let style = Style::of(args.quiet, args.json);
@@ -65,27 +74,31 @@ pub(crate) fn run(args: &Args, runs: u16) -> Result<(), CliError> {
             cores.jobs.min(all.len()),
         ))?;
     }
-    // Where the runs are that were begun, so that it can be said how to go on.
-    let begun: Mutex<Vec<Begun>> = Mutex::default();
+    let page = args.watch.start(server, total, settings.generations)?;
+    let told = Told { begun: Mutex::default(), page };
     let mut done: Vec<One> = Vec::new();
     let mut meter = Meter::start(style, total);
     for fold in &folds {
-        on_fold(args, fold, &all, cores, &stop, &begun, |one| {
+        let all_done = on_fold(args, fold, &all, cores, &stop, &told, |one| {
             let line = one.to_string();
             done.push(one);
             meter.end(&line)
-        })?;
+        });
+        all_done.inspect_err(|error| told.page.broken(error))?;
     }
     drop(meter);
     done.sort_by_key(|one| (one.fold, one.seed));
     if stop.load(Ordering::Relaxed) && done.len() < total {
-        let begun = begun.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let begun = told.begun.into_inner().unwrap_or_else(PoisonError::into_inner);
         let interrupted = interrupted(args, &all, total, &done, &begun);
+        told.page.broken(&interrupted);
         if args.json {
             output::print_json(&Report::of(done, &source, total))?;
         }
         return Err(interrupted);
     }
+    let paths: Vec<&Path> = done.iter().map(|one| one.run.as_path()).collect();
+    told.page.complete(&args.out.as_deref().map_or(paths, |out| vec![out]));
     let report = Report::of(done, &source, total);
     if args.json { output::print_json(&report) } else { output::print(&report.to_string()) }
 }
@@ -120,7 +133,7 @@ fn on_fold(
     all: &[Settings],
     cores: Cores,
     stop: &AtomicBool,
-    begun: &Mutex<Vec<Begun>>,
+    told: &Told,
     mut done: impl FnMut(One) -> Result<(), CliError>,
 ) -> Result<(), CliError> {
     let Fold { number, source, room } = fold;
@@ -146,8 +159,9 @@ fn on_fold(
         let mut evolution = evolution.inspect_err(|_| made.take_back())?;
         validation.iter().try_for_each(|set| evolution.validate_on(set))?;
         let one = Begun { fold: *number, seed: settings.seed, path: path.clone() };
-        begun.lock().unwrap_or_else(PoisonError::into_inner).push(one);
-        if evolution.run(stop, |_| ())? == StopReason::Interrupted {
+        told.begun.lock().unwrap_or_else(PoisonError::into_inner).push(one);
+        let run = told.page.begin(&path, source, &evolution);
+        if evolution.run(stop, |_| told.page.generation(run))? == StopReason::Interrupted {
             return Ok(None);
         }
         let Some(summary) = evolution.summary(None)? else { return Ok(None) };

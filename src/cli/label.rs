@@ -1,7 +1,6 @@
 //! `vsonar label`: the page on which labels are made.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -15,7 +14,7 @@ use vsonar::web::Server;
 use super::executor::with_stack;
 use super::output::{self, count, printable, shell_word};
 use super::program::Loaded;
-use super::{CliError, interrupt, run_columns};
+use super::{CliError, interrupt, run_columns, serve};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -90,13 +89,13 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let stop = interrupt::stop_flag()?;
     let server = match &args.address {
         Some(file) => Server::bind_again(file, args.port)?,
-        None => Server::bind(args.port).map_err(|error| port_error(args.port, &error))?,
+        None => serve::bind(args.port)?,
     };
     let (session, address) = (Arc::new(session), server.address());
     let running = label::serve(session.clone(), server)?;
     announce(&args, &session, &address)?;
     if args.open {
-        open(&address);
+        serve::open(&address);
     }
     while !stop.load(Ordering::Relaxed) && !running.has_ended() {
         std::thread::sleep(Duration::from_millis(20));
@@ -122,12 +121,6 @@ fn detector(path: &Path, size: (u32, u32)) -> Result<CompiledDetector, CliError>
         Ok(CompiledDetector::compile(&opt::optimise(&loaded.lowered(size)))?)
     });
     compiled?
-}
-
-fn port_error(port: u16, error: &std::io::Error) -> CliError {
-    CliError::Failed(format!(
-        "--port: {port} of 127.0.0.1 cannot be had: {error}; choose another, or 0 for any"
-    ))
 }
 
 fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliError> {
@@ -161,16 +154,6 @@ fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliErro
         count(progress.asked as u64, "mark"),
         printable(&output::from_here(&session.table())),
     ))
-}
-
-/// Shows the address in a browser; without one the printed address has to do.
-fn open(address: &str) {
-    let opener = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
-    let mut command = Command::new(opener);
-    command.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    if let Err(error) = command.spawn() {
-        eprintln!("note: --open: cannot start {opener}: {error}; open the address yourself");
-    }
 }
 
 /// What there is when the command ends.

@@ -29,3 +29,4 @@ mod sweep_faults;
 mod synth;
 mod tour;
 mod video;
+mod watch;

@@ -1,6 +1,7 @@
 //! Chromium without a window, driven through WebDriver.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -41,6 +42,8 @@ pub(crate) enum Screen {
 /// A browser of its own, with an empty profile; ended when dropped.
 pub(crate) struct Browser {
     driver: Child,
+    /// Where the driver listens.
+    port: u16,
     runtime: Runtime,
     client: Client,
     _profile: TempDir,
@@ -85,7 +88,10 @@ impl Browser {
             let metrics = json!({ "width": 390, "height": 844, "pixelRatio": 2.0, "touch": true });
             options["mobileEmulation"] = json!({ "deviceMetrics": metrics });
         }
-        let capabilities = json!({ "goog:chromeOptions": options, "unhandledPromptBehavior": "accept" });
+        let logs = json!({ "browser": "ALL" });
+        let capabilities = json!({
+            "goog:chromeOptions": options, "goog:loggingPrefs": logs, "unhandledPromptBehavior": "accept"
+        });
         let capabilities = capabilities.as_object().expect("an object").clone();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("a runtime");
         let connect = async {
@@ -95,7 +101,7 @@ impl Browser {
                 .await
         };
         let client = runtime.block_on(connect).expect("the browser starts");
-        Browser { driver, runtime, client, _profile: profile }
+        Browser { driver, port, runtime, client, _profile: profile }
     }
 
     pub(crate) fn open(&self, address: &str) {
@@ -204,6 +210,45 @@ impl Browser {
         let number = |i: usize| place[i].as_f64().unwrap_or_default() as i64;
         assert!(number(2) > 0 && number(3) > 0, "{id} is not seen");
         self.drag(&[(number(0), number(1))], false);
+    }
+
+    /// What the browser has complained of since it was asked last: errors of scripts, what policies forbid, what
+    /// could not be loaded.
+    #[allow(dead_code)] // the example asks for none
+    pub(crate) fn complaints(&self) -> Vec<String> {
+        let session = self.runtime.block_on(self.client.session_id()).expect("a session").expect("a session");
+        let body = json!({ "type": "browser" }).to_string();
+        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).expect("the driver listens");
+        write!(
+            stream,
+            "POST /session/{session}/se/log HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nConnection: close\r\n\
+             Content-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
+            self.port,
+            body.len()
+        )
+        .expect("the driver listens");
+        // The driver may leave the connection open behind its answer.
+        let mut stream = BufReader::new(stream);
+        let mut length = 0;
+        loop {
+            let mut line = String::new();
+            stream.read_line(&mut line).expect("UTF-8");
+            if line.trim_end().is_empty() {
+                break;
+            }
+            if let Some((_, value)) =
+                line.split_once(':').filter(|(name, _)| name.eq_ignore_ascii_case("content-length"))
+            {
+                length = value.trim().parse().expect("a number");
+            }
+        }
+        let mut answer = vec![0; length];
+        stream.read_exact(&mut answer).expect("a body");
+        let answer: Value = serde_json::from_slice(&answer).expect("JSON");
+        let entries = answer["value"].as_array().unwrap_or_else(|| panic!("no log: {answer}"));
+        let bad =
+            entries.iter().filter(|entry| ["SEVERE", "WARNING"].iter().any(|level| entry["level"] == *level));
+        bad.map(|entry| entry["message"].as_str().unwrap_or_default().to_string()).collect()
     }
 
     /// A picture of the window, as PNG.

@@ -224,7 +224,9 @@ pub(super) fn page(
     }
     all.push(("runs", "The runs", html! { (overview(runs).html()) (briefs(runs)?) }));
     let repeat: Vec<_> = runs.iter().flat_map(|run| run.commands.iter().take(1).cloned()).collect();
-    all.push(("commands", "To repeat it all", sections::commands(&repeat, report.command.as_deref())));
+    if !repeat.is_empty() || report.command.is_some() {
+        all.push(("commands", "To repeat it all", sections::commands(&repeat, report.command.as_deref())));
+    }
     Ok(html! {
         header { h1 { (report.title) } (about(runs, comparison)) }
         (super::sections(all))

@@ -48,15 +48,27 @@ pub use model::{
 /// A section: its identifier, its heading, its content.
 type Section = (&'static str, &'static str, Markup);
 
+/// The style sheet of a report.
+pub(crate) const STYLE: &str = include_str!("style.css");
+
 /// The report as a page.
 ///
 /// # Errors
 /// If a plot cannot be drawn.
 pub fn html(report: &Report) -> Result<String, PlotError> {
-    let content = match (&report.runs[..], &report.comparison) {
-        ([run], None) => single(report, run)?,
-        (runs, comparison) => compare::page(report, runs, comparison.as_ref())?,
-    };
+    Ok(document(&report.title, &html! { style { (PreEscaped(STYLE)) } }, &content(report)?))
+}
+
+/// The report as the content of an element; its style is [`STYLE`].
+pub(crate) fn content(report: &Report) -> Result<Markup, PlotError> {
+    match (&report.runs[..], &report.comparison) {
+        ([run], None) => single(report, run),
+        (runs, comparison) => compare::page(report, runs, comparison.as_ref()),
+    }
+}
+
+/// A page with this in its head and this as its body.
+pub(crate) fn document(title: &str, head: &Markup, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -64,19 +76,22 @@ pub fn html(report: &Report) -> Result<String, PlotError> {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                title { (report.title) }
-                style { (PreEscaped(include_str!("style.css"))) }
+                title { (title) }
+                (head)
             }
-            body { (content) }
+            body { (body) }
         }
     };
-    // Names of files may hold what no page may.
+    clean(page.into_string())
+}
+
+/// The text without what no page may hold; names of files may.
+pub(crate) fn clean(page: String) -> String {
     let allowed = |c: char| !c.is_control() || c == '\n' || c == '\t';
-    let page = page.into_string();
-    Ok(match page.chars().all(allowed) {
+    match page.chars().all(allowed) {
         true => page,
         false => page.chars().map(|c| if allowed(c) { c } else { char::REPLACEMENT_CHARACTER }).collect(),
-    })
+    }
 }
 
 /// Sections with a list of them above.
@@ -117,7 +132,13 @@ fn single(report: &Report, run: &Run) -> Result<Markup, PlotError> {
         all.push(("rivals", "Beside the rivals", sections::rivals(rivals)));
     }
     all.push(("settings", "Settings", sections::settings(run)));
-    all.push(("commands", "To repeat it all", sections::commands(&run.commands, report.command.as_deref())));
+    if !run.commands.is_empty() || report.command.is_some() {
+        all.push((
+            "commands",
+            "To repeat it all",
+            sections::commands(&run.commands, report.command.as_deref()),
+        ));
+    }
     Ok(html! {
         header { h1 { (report.title) } (sections::facts(run)) (sections::notes(run)) }
         (sections(all))

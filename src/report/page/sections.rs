@@ -52,7 +52,7 @@ pub(super) fn result(run: &Run) -> Markup {
     if run.scores.is_empty() {
         let best = run.records.last();
         return html! { @if let Some(best) = best {
-            ul.cards style="list-style:none" { li.card {
+            ul.cards { li.card {
                 b { (percent(best.best_fitness_so_far)) } span { "of the training cases, altered copies included" }
             } }
         } @else { p { "Nothing yet." } } };
@@ -74,7 +74,7 @@ pub(super) fn result(run: &Run) -> Markup {
         ]);
     }
     html! {
-        ul.cards style="list-style:none" { @for score in &run.scores {
+        ul.cards { @for score in &run.scores {
             li.card {
                 span { (score.part.name()) }
                 b { (percent(score.fitness)) }
