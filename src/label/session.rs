@@ -1,8 +1,9 @@
 //! What the page shows: the images of a folder, the columns, and the marks as they change.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
 use image::GrayImage;
 use serde::Serialize;
@@ -68,6 +69,9 @@ pub struct Session {
     columns: Vec<u32>,
     left_out: Vec<LeftOut>,
     detector: Option<Box<dyn Detector + Send + Sync>>,
+    table: PathBuf,
+    /// Held while the files are read, written or waited for; before `state`, where both are.
+    store: Mutex<Store>,
     state: Mutex<State>,
 }
 
@@ -78,7 +82,6 @@ impl std::fmt::Debug for Session {
 }
 
 struct State {
-    store: Store,
     marks: Marks,
     /// Counts the changes; each cell has the number of its last one.
     revision: u64,
@@ -147,10 +150,25 @@ impl Session {
         // Images that are elsewhere may have another width.
         let here = marks.iter().filter(|((image, _), _)| places.contains_key(image));
         let here = here.map(|(key, mark)| (key.clone(), *mark)).collect();
-        let columns = columns.of(width, &here).map_err(SessionError::Columns)?;
-        let state = State { store, marks, revision: 1, changed: BTreeMap::new() };
-        let (size, state) = ((width, height), Mutex::new(state));
-        Ok(Session { dir: real, pictures, places, size, columns, left_out, detector: None, state })
+        let kept = store.columns();
+        let asked = columns.of(width, kept.clone(), &here).map_err(SessionError::Columns)?;
+        if !matches!(columns, Columns::AsBefore(_)) && kept.as_ref() != Some(&asked) {
+            // A folder that cannot be written can still be looked at; the first mark tells.
+            let _ = store.keep_columns(&asked);
+        }
+        let state = State { marks, revision: 1, changed: BTreeMap::new() };
+        Ok(Session {
+            dir: real,
+            pictures,
+            places,
+            size: (width, height),
+            columns: asked,
+            left_out,
+            detector: None,
+            table: store.table().to_path_buf(),
+            store: Mutex::new(store),
+            state: Mutex::new(state),
+        })
     }
 
     /// The folder, without links.
@@ -190,7 +208,14 @@ impl Session {
 
     /// The file of labels.
     pub fn table(&self) -> PathBuf {
-        self.state().store.table().to_path_buf()
+        self.table.clone()
+    }
+
+    /// What tells this folder from another one that is served under the same address; the same each time.
+    pub(super) fn identity(&self) -> String {
+        let mut hasher = DefaultHasher::new();
+        self.dir.hash(&mut hasher);
+        format!("{:016x}", hasher.finish())
     }
 
     /// How many of the marks asked for are made.
@@ -232,7 +257,7 @@ impl Session {
     }
 
     /// Makes changes and saves them: when this returns, they are on the disk. A change whose mark is not (any more)
-    /// what it says in `from` is refused, unless it is already what it is to be.
+    /// what it says in `from` or `also` is refused, unless it is already what it is to be.
     ///
     /// # Errors
     /// If the files cannot be read, are faulty, or cannot be written; then nothing has changed.
@@ -243,15 +268,19 @@ impl Session {
         for change in &changes {
             assert_eq!(self.fault(change), None);
         }
-        let mut state = self.state();
+        let mut store = self.store.lock().unwrap_or_else(PoisonError::into_inner);
+        // They are known from the first mark on, for the marks alone would not tell them.
+        if store.columns().is_none() {
+            store.keep_columns(&self.columns)?;
+        }
         let mut refused = Vec::new();
         let order = |name: &str| self.places.get(name).copied().unwrap_or(usize::MAX);
-        let marks = state.store.change(order, |marks| {
+        let marks = store.change(order, |marks| {
             let mut wanted: BTreeMap<(String, u32), Option<Mark>> = BTreeMap::new();
-            for Change { image, x, from, to } in changes {
+            for Change { image, x, from, also, to } in changes {
                 let key = (image, x);
                 let now = wanted.get(&key).copied().unwrap_or_else(|| marks.get(&key).copied());
-                if now == from {
+                if now == from || also.contains(&now) {
                     wanted.insert(key, to);
                 } else if now != to {
                     refused.push(Cell { image: key.0, x, mark: now });
@@ -259,19 +288,29 @@ impl Session {
             }
             wanted
         })?;
+        let mut state = self.state();
         state.take(marks);
         Ok(Applied { revision: state.revision, refused })
     }
 
     /// The marks that have changed since a revision, with the current one; all of them since 0. Reads the files
-    /// again if another program has written them.
+    /// again if another program has written them, unless they are being written right now.
     ///
     /// # Errors
     /// If they cannot be read or are faulty.
     pub(super) fn since(&self, revision: u64) -> Result<(u64, Vec<Cell>), StoreError> {
+        let store = match self.store.try_lock() {
+            Ok(store) => Some(store),
+            Err(TryLockError::Poisoned(error)) => Some(error.into_inner()),
+            // Whoever writes reads first.
+            Err(TryLockError::WouldBlock) => None,
+        };
+        let news = match store {
+            Some(mut store) if store.is_stale() => Some((store.load()?.marks(), store)),
+            _ => None,
+        };
         let mut state = self.state();
-        if state.store.is_stale() {
-            let marks = state.store.load()?.marks();
+        if let Some((marks, _store)) = news {
             state.take(marks);
         }
         let cell = |key: &(String, u32)| Cell {
@@ -293,7 +332,14 @@ impl Session {
         // A file may have become a link since.
         let path = confined(&self.dir, &picture.name);
         let path = path.map_err(|why| ShowError::Moved(picture.name.clone(), why))?;
-        Ok(load_gray(&path)?)
+        let image = load_gray(&path)?;
+        if image.dimensions() == self.size {
+            return Ok(image);
+        }
+        let ((width, height), now) = (self.size, image.dimensions());
+        let why =
+            format!("has {}x{} pixels now, not {width}x{height}; start vsonar label again", now.0, now.1);
+        Err(ShowError::Moved(picture.name.clone(), why))
     }
 
     /// An image as PNG, as detectors see it.
@@ -345,7 +391,7 @@ mod tests {
     }
 
     fn change(image: &str, x: u32, from: Option<Mark>, to: Option<Mark>) -> Vec<Change> {
-        vec![Change { image: image.into(), x, from, to }]
+        vec![Change { image: image.into(), x, from, also: vec![], to }]
     }
 
     #[test]
@@ -379,6 +425,12 @@ mod tests {
             .expect("writable");
         assert_eq!(columns(Columns::AsBefore(4)).expect("sound"), [7]);
         assert_eq!(columns(Columns::These(vec![9, 3, 9])).expect("sound"), [3, 9]);
+        // Those last asked for are kept, and are not lost to what is no list.
+        assert_eq!(columns(Columns::AsBefore(4)).expect("sound"), [3, 9]);
+        for (kept, expected) in [("", [7]), ("7,x", [7]), ("7,40", [7]), (" 8\n", [8])] {
+            fs::write(dir.path().join(".labels.columns"), kept).expect("writable");
+            assert_eq!(columns(Columns::AsBefore(4)).expect("sound"), expected, "{kept:?}");
+        }
         for wrong in [Columns::Spread(41), Columns::Spread(0), Columns::These(vec![40])] {
             assert!(matches!(columns(wrong.clone()), Err(SessionError::Columns(_))), "{wrong:?}");
         }
@@ -432,6 +484,89 @@ mod tests {
         assert_eq!(session.since(revision).expect("readable"), (revision, vec![]));
         assert!(session.fault(&change("a.png", 20, None, Some(Mark::Row(30)))[0]).is_some());
         assert!(session.fault(&change("a.png", 20, None, Some(Mark::Row(29)))[0]).is_none());
+    }
+
+    #[test]
+    fn the_first_mark_does_not_choose_the_columns() {
+        let dir = folder(&["a.png", "b.png"]);
+        let open = || Session::open(dir.path(), &Columns::AsBefore(4)).expect("sound");
+        assert!(
+            open().apply(change("a.png", 5, None, Some(Mark::Row(5)))).expect("writable").refused.is_empty()
+        );
+        assert_eq!(open().columns(), [5, 15, 25, 35]);
+    }
+
+    #[test]
+    fn a_mark_whose_answer_was_lost_is_ones_own() {
+        let dir = folder(&["a.png"]);
+        let session = Session::open(dir.path(), &Columns::Spread(1)).expect("sound");
+        let apply = |from, also: &[Option<Mark>], to| {
+            let change = Change { image: "a.png".into(), x: 20, from, also: also.to_vec(), to };
+            session.apply(vec![change]).expect("writable").refused.len()
+        };
+        let [five, six, seven] = [5, 6, 7].map(|row| Some(Mark::Row(row)));
+        assert_eq!(apply(None, &[], five), 0);
+        // Moved, and taken back, without knowing of the first one.
+        assert_eq!(apply(None, &[five], six), 0);
+        assert_eq!(apply(None, &[five, six], None), 0);
+        assert_eq!(session.progress().labels, 0);
+        // The first one never arrived.
+        assert_eq!(apply(None, &[five], six), 0);
+        // Somebody else's is another one.
+        assert_eq!(apply(None, &[five], seven), 1);
+        assert_eq!(apply(None, &[five], None), 1);
+    }
+
+    #[test]
+    fn a_lock_that_another_program_keeps_ends_in_an_error() {
+        let dir = folder(&["a.png"]);
+        let session = Session::open(dir.path(), &Columns::Spread(1)).expect("sound");
+        let path = dir.path().join(".labels.lock");
+        let held = fs::File::create(&path).expect("writable");
+        held.lock().expect("free");
+        std::thread::scope(|scope| {
+            let waiting = scope.spawn(|| session.apply(change("a.png", 20, None, Some(Mark::Row(5)))));
+            std::thread::sleep(std::time::Duration::from_millis(100));
+            // Nothing else waits for it.
+            assert_eq!(session.progress().labels, 0);
+            assert_eq!(session.since(0).expect("readable").1, []);
+            assert!(!waiting.is_finished());
+            let error = waiting.join().expect("no panic").expect_err("locked").to_string();
+            assert!(error.contains(".labels.lock: another program has locked"), "{error}");
+        });
+        drop(held);
+        session.apply(change("a.png", 20, None, Some(Mark::Row(5)))).expect("free again");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_table_keeps_its_permissions_and_a_read_only_one_its_content() {
+        use std::os::unix::fs::PermissionsExt;
+        let dir = folder(&["a.png"]);
+        let table = dir.path().join("labels.csv");
+        fs::write(&table, "image,x,y\n").expect("writable");
+        let allow = |mode| fs::set_permissions(&table, fs::Permissions::from_mode(mode)).expect("ours");
+        allow(0o600);
+        let session = Session::open(dir.path(), &Columns::Spread(1)).expect("sound");
+        session.apply(change("a.png", 20, None, Some(Mark::Row(5)))).expect("writable");
+        let mode = || fs::metadata(&table).expect("there").permissions().mode() & 0o777;
+        assert_eq!(mode(), 0o600);
+        allow(0o444);
+        let refused = session.apply(change("a.png", 20, Some(Mark::Row(5)), Some(Mark::Row(6))));
+        let error = refused.expect_err("read-only").to_string();
+        assert!(error.contains("labels.csv: is read-only; make the file writable"), "{error}");
+        assert_eq!((mode(), session.progress().labels), (0o444, 1));
+        assert_eq!(fs::read_to_string(&table).expect("there"), "image,x,y\na.png,20,5\n");
+    }
+
+    #[test]
+    fn an_image_that_is_replaced_is_not_shown() {
+        let dir = folder(&["a.png"]);
+        let session = Session::open(dir.path(), &Columns::Spread(1)).expect("sound");
+        session.png(0).expect("shown");
+        GrayImage::new(20, 15).save(dir.path().join("a.png")).expect("writable");
+        let error = session.png(0).expect_err("another size").to_string();
+        assert!(error.contains("has 20x15 pixels now, not 40x30"), "{error}");
     }
 
     #[test]

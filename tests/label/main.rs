@@ -3,5 +3,6 @@
 mod browser;
 mod common;
 mod http;
+mod odd;
 mod page;
 mod processes;
