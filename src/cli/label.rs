@@ -38,8 +38,8 @@ const COLUMNS: u32 = 6;
 pub(crate) struct Args {
     /// The folder of images; a data folder is gone on with
     dir: PathBuf,
-    /// So many columns, evenly spread; or these, as in 20,60,100 (a single one as in 160,) [default: those that the
-    /// table has, else 6]
+    /// So many columns, evenly spread; or these, as in 20,60,100 (a single one as in 160,) [default: those last asked
+    /// for in this folder, else those that its table has, else 6]
     #[arg(long, value_name = "N|X,X", value_parser = run_columns::parse)]
     columns: Option<run_columns::Columns>,
     /// The port of 127.0.0.1; 0 takes any that is free
@@ -48,7 +48,8 @@ pub(crate) struct Args {
     /// A program whose answers are shown on request: .gp, .vir, or a run folder
     #[arg(long, value_name = "PROGRAM")]
     suggest: Option<PathBuf>,
-    /// Show the page in the browser
+    /// Show the page in the browser. The address is then an argument of the browser's command line, where other users
+    /// of this machine can read it: for one that you share with people you do not trust, open the address yourself
     #[arg(long)]
     open: bool,
     /// Keep the address in this file, which you alone can read, and have the same again next time: a page that is open
@@ -101,7 +102,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         std::thread::sleep(Duration::from_millis(20));
     }
     running.stop()?;
-    Err(CliError::Interrupted(saved(&session)))
+    Err(CliError::Interrupted(saved(&session, args.columns.as_ref())))
 }
 
 /// The program of a file, or the best one of a run, for images of this size.
@@ -127,6 +128,12 @@ fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliErro
     let (width, height) = session.size();
     let (images, progress) = (session.images().count(), session.progress());
     if args.json {
+        if args.dir.to_str().is_none() {
+            let dir = printable(&args.dir);
+            return Err(CliError::Failed(format!(
+                "{dir}: --json: the name is not UTF-8; rename the folder, or go without `--json`"
+            )));
+        }
         let ready = Ready {
             address: address.to_string(),
             folder: &args.dir,
@@ -157,7 +164,7 @@ fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliErro
 }
 
 /// What there is when the command ends.
-fn saved(session: &Session) -> String {
+fn saved(session: &Session, columns: Option<&run_columns::Columns>) -> String {
     let Progress { asked, labels, skipped } = session.progress();
     let table = output::from_here(&session.table());
     let mut text = format!(
@@ -172,6 +179,18 @@ fn saved(session: &Session) -> String {
     }
     if labels + skipped < asked {
         text += &format!("\nGo on with: vsonar label {}", shell_word(&output::from_here(session.dir())));
+        match columns {
+            Some(run_columns::Columns::Spread(n)) => text += &format!(" --columns {n}"),
+            // One of them alone is told from a number of them by its comma.
+            Some(run_columns::Columns::These(columns)) if columns.len() == 1 => {
+                text += &format!(" --columns {},", columns[0]);
+            }
+            Some(run_columns::Columns::These(columns)) => {
+                let columns: Vec<String> = columns.iter().map(u32::to_string).collect();
+                text += &format!(" --columns {}", columns.join(","));
+            }
+            None => {}
+        }
     } else {
         text += &format!("\nNext: vsonar evolve --data {}", shell_word(&output::from_here(session.dir())));
     }

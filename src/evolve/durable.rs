@@ -60,20 +60,21 @@ fn temporary(path: &Path) -> PathBuf {
 /// Replaces a file as a whole: written under a temporary name in the same folder, brought to the disk, renamed.
 /// On failure the old file stays as it was.
 pub(super) fn replace(path: &Path, bytes: &[u8], sync: Sync) -> Result<(), FileError> {
-    put(path, bytes, sync).naming(path, "write the file")?;
+    put(path, bytes, sync, None).naming(path, "write the file")?;
     if sync == Sync::Now { sync_folder_of(path) } else { Ok(()) }
 }
 
-/// The same for files that are not of a run, whose remedies are others.
-pub(crate) fn replace_now(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    put(path, bytes, Sync::Now)?;
+/// The same for files that are not of a run, whose remedies are others; with these permissions, which it has from its
+/// first byte on.
+pub(crate) fn replace_now(path: &Path, bytes: &[u8], permissions: Option<fs::Permissions>) -> io::Result<()> {
+    put(path, bytes, Sync::Now, permissions)?;
     sync_folder_of(path).map_err(|error| error.source)
 }
 
 /// Without bringing the folder's names to the disk.
-fn put(path: &Path, bytes: &[u8], sync: Sync) -> io::Result<()> {
+fn put(path: &Path, bytes: &[u8], sync: Sync, permissions: Option<fs::Permissions>) -> io::Result<()> {
     let new = temporary(path);
-    let written = write_new(&new, bytes, sync).and_then(|()| fs::rename(&new, path));
+    let written = write_new(&new, bytes, sync, permissions).and_then(|()| fs::rename(&new, path));
     if written.is_err() {
         // The failure that counts is the first one.
         let _ = fs::remove_file(&new);
@@ -81,8 +82,14 @@ fn put(path: &Path, bytes: &[u8], sync: Sync) -> io::Result<()> {
     written
 }
 
-fn write_new(path: &Path, bytes: &[u8], sync: Sync) -> io::Result<()> {
-    let mut file = File::create(path)?;
+fn write_new(path: &Path, bytes: &[u8], sync: Sync, permissions: Option<fs::Permissions>) -> io::Result<()> {
+    // What an interrupted replacement has left, or a link that somebody has put there: it is removed, never followed.
+    // What cannot be removed is in the way of the next line, which says so.
+    let _ = fs::remove_file(path);
+    let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
+    if let Some(permissions) = permissions {
+        file.set_permissions(permissions)?;
+    }
     file.write_all(bytes)?;
     if sync == Sync::Now { file.sync_all() } else { Ok(()) }
 }
@@ -141,6 +148,23 @@ mod tests {
         let error = replace(&path, b"new", Sync::Now).expect_err("in the way").to_string();
         assert!(error.contains("cannot write the file"), "{error}");
         assert_eq!(fs::read(&path).expect("still there"), b"old");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_under_the_temporary_name_is_not_followed() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let (path, victim) = (dir.path().join("file"), dir.path().join("victim"));
+        fs::write(&victim, "precious").expect("writable");
+        for target in [victim.clone(), dir.path().join("none")] {
+            symlink(&target, temporary(&path)).expect("a link");
+            replace_now(&path, b"new", Some(fs::Permissions::from_mode(0o600))).expect("writable");
+            assert_eq!(fs::read(&victim).expect("still there"), b"precious");
+            assert!(!dir.path().join("none").exists());
+            let metadata = path.symlink_metadata().expect("there");
+            assert!(metadata.is_file() && metadata.permissions().mode() & 0o777 == 0o600);
+        }
     }
 
     #[test]

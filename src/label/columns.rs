@@ -11,13 +11,14 @@ pub enum Columns {
     Spread(u32),
     /// These.
     These(Vec<u32>),
-    /// Those in which at least half of the images that have labels have one; if there is none, so many spread ones.
+    /// Those last asked for in the folder, which are kept there. Where none are kept, as in a data set made elsewhere:
+    /// those in which at least half of the images that have labels have one; if there is none, so many spread ones.
     AsBefore(u32),
 }
 
 impl Columns {
-    /// The columns of images of this width, ascending, each once.
-    pub(super) fn of(&self, width: u32, marks: &Marks) -> Result<Vec<u32>, String> {
+    /// The columns of images of this width, ascending, each once; `kept` are those last asked for.
+    pub(super) fn of(&self, width: u32, kept: Option<Vec<u32>>, marks: &Marks) -> Result<Vec<u32>, String> {
         let spread = |n: u32| {
             let (n, width) = (u64::from(n), u64::from(width));
             (0..n).map(|i| ((2 * i + 1) * width / (2 * n)) as u32).collect::<Vec<_>>()
@@ -30,7 +31,9 @@ impl Columns {
             Columns::Spread(n) => spread(*n),
             Columns::These(columns) => columns.clone(),
             Columns::AsBefore(n) => {
-                let before = used(marks);
+                // A few marks do not tell which columns were asked for: the rest of them may be still to come.
+                let kept = kept.filter(|kept| !kept.is_empty() && kept.iter().all(|x| *x < width));
+                let before = kept.unwrap_or_else(|| used(marks));
                 if before.is_empty() { spread(*n) } else { before }
             }
         };

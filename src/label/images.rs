@@ -96,7 +96,11 @@ pub(super) fn confined(dir: &Path, name: &str) -> Result<PathBuf, String> {
     let path = places.iter().find(|path| path.symlink_metadata().is_ok());
     let path = path.ok_or("the file is missing")?;
     let path = path.canonicalize().map_err(|e| format!("cannot be found: {e}"))?;
-    if path.starts_with(dir) { Ok(path) } else { Err("a link that leads out of the folder".to_string()) }
+    if !path.starts_with(dir) {
+        return Err("a link that leads out of the folder".to_string());
+    }
+    // A pipe would be waited for.
+    if path.is_file() { Ok(path) } else { Err("is not a plain file".to_string()) }
 }
 
 /// An image with its width and height, or why it cannot be labelled.

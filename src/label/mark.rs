@@ -55,6 +55,10 @@ pub struct Change {
     pub x: u32,
     /// The mark that whoever asks for the change has seen; if there is another one now, the change is refused.
     pub from: Option<Mark>,
+    /// Marks that are as good as that one: those that whoever asks has made by requests to which no answer came, so that
+    /// they may be there or not.
+    #[serde(default)]
+    pub also: Vec<Option<Mark>>,
     /// The mark that there is to be.
     pub to: Option<Mark>,
 }

@@ -22,7 +22,7 @@
 //! GrayImage::new(64, 48).save(dir.path().join("a.png"))?;
 //! let session = Session::open(dir.path(), &Columns::Spread(2))?;
 //! assert_eq!(session.columns(), [16, 48]);
-//! let change = Change { image: "a.png".into(), x: 16, from: None, to: Some(Mark::Row(20)) };
+//! let change = Change { image: "a.png".into(), x: 16, from: None, also: vec![], to: Some(Mark::Row(20)) };
 //! assert!(session.apply(vec![change])?.refused.is_empty());
 //! assert_eq!(std::fs::read_to_string(dir.path().join("labels.csv"))?, "image,x,y\na.png,16,20\n");
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -32,6 +32,11 @@ pub fn serve(session: Arc<Session>, server: Server) -> io::Result<Running> {
             "/marks.js",
             get(async || file("text/javascript; charset=utf-8", include_str!("page/marks.js"))),
         )
+        .route(
+            "/pointers.js",
+            get(async || file("text/javascript; charset=utf-8", include_str!("page/pointers.js"))),
+        )
+        .route("/pace.js", get(async || file("text/javascript; charset=utf-8", include_str!("page/pace.js"))))
         .route("/view.js", get(async || file("text/javascript; charset=utf-8", include_str!("page/view.js"))))
         .route("/icon.svg", get(async || file("image/svg+xml", include_str!("page/icon.svg"))))
         .route("/session", get(begin))
@@ -96,6 +101,8 @@ fn file(kind: &'static str, content: &'static str) -> impl IntoResponse {
 #[derive(Serialize)]
 struct Beginning {
     id: String,
+    /// What tells the folder from others; goes with every mark.
+    identity: String,
     folder: String,
     images: Vec<String>,
     width: u32,
@@ -115,6 +122,7 @@ async fn begin(State(desk): State<Desk>) -> Result<Json<Beginning>, Refusal> {
         session.dir().file_name().unwrap_or(session.dir().as_os_str()).to_string_lossy().into_owned();
     Ok(Json(Beginning {
         id: desk.id,
+        identity: session.identity(),
         folder,
         images: session.images().map(String::from).collect(),
         width,
@@ -150,10 +158,20 @@ async fn changes(
 
 #[derive(Deserialize)]
 struct Marks {
+    /// The folder that they are for: an address that is kept may serve another one by now, with images of the same
+    /// names.
+    identity: String,
     marks: Vec<Change>,
 }
 
-async fn mark(State(desk): State<Desk>, Json(Marks { marks }): Json<Marks>) -> Result<Response, Refusal> {
+async fn mark(
+    State(desk): State<Desk>,
+    Json(Marks { identity, marks }): Json<Marks>,
+) -> Result<Response, Refusal> {
+    if identity != desk.session.identity() {
+        let name = desk.session.dir().file_name().unwrap_or_default().to_string_lossy().into_owned();
+        return Err(Refusal(StatusCode::CONFLICT, format!("vsonar labels another folder now, {name}.")));
+    }
     if let Some(fault) = marks.iter().find_map(|change| desk.session.fault(change)) {
         return Err(Refusal(StatusCode::UNPROCESSABLE_ENTITY, fault));
     }
@@ -161,7 +179,29 @@ async fn mark(State(desk): State<Desk>, Json(Marks { marks }): Json<Marks>) -> R
     Ok(Json(applied).into_response())
 }
 
-async fn image(State(desk): State<Desk>, Path(index): Path<usize>) -> Result<Response, Refusal> {
+/// The command from which a page has the numbers of images: another one may count otherwise.
+#[derive(Deserialize)]
+struct Counted {
+    id: Option<String>,
+}
+
+impl Counted {
+    fn check(self, desk: &Desk) -> Result<(), Refusal> {
+        match self.id {
+            Some(id) if id != desk.id => {
+                Err(Refusal(StatusCode::CONFLICT, "vsonar was started again".to_string()))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+async fn image(
+    State(desk): State<Desk>,
+    Path(index): Path<usize>,
+    Query(counted): Query<Counted>,
+) -> Result<Response, Refusal> {
+    counted.check(&desk)?;
     let png = desk.work(move |session| session.png(index)).await??;
     Ok(([(header::CONTENT_TYPE, "image/png")], png).into_response())
 }
@@ -169,6 +209,8 @@ async fn image(State(desk): State<Desk>, Path(index): Path<usize>) -> Result<Res
 async fn suggestions(
     State(desk): State<Desk>,
     Path(index): Path<usize>,
+    Query(counted): Query<Counted>,
 ) -> Result<Json<Vec<Option<u32>>>, Refusal> {
+    counted.check(&desk)?;
     Ok(Json(desk.work(move |session| session.suggestions(index)).await??))
 }

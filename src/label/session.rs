@@ -1,8 +1,14 @@
 //! What the page shows: the images of a folder, the columns, and the marks as they change.
 
+mod error;
+#[cfg(test)]
+mod tests;
+
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
 use image::GrayImage;
 use serde::Serialize;
@@ -12,52 +18,11 @@ use super::images::{Images, LeftOut, Picture, confined};
 use super::mark::{Change, Mark, Marks};
 use super::store::{Store, StoreError};
 use crate::dataset::{DatasetError, Fault, FaultKind, Place};
-use crate::detector::{DetectError, Detector};
-use crate::vision::{ImageError, load_gray};
+use crate::detector::Detector;
+use crate::vision::load_gray;
 
-/// Why a folder cannot be labelled.
-#[derive(Debug, thiserror::Error)]
-pub enum SessionError {
-    /// There is no such folder.
-    #[error(transparent)]
-    Folder(DatasetError),
-    /// There is nothing to be labelled in it.
-    #[error(
-        "{}: there is no image that can be labelled; PNG, JPEG, PNM, BMP and others are known by their endings{}",
-        .dir.display(), because(.left_out)
-    )]
-    NoImages {
-        /// The folder.
-        dir: PathBuf,
-        /// What there is.
-        left_out: Vec<LeftOut>,
-    },
-    /// The columns are not inside the images, or too many.
-    #[error("{0}")]
-    Columns(String),
-    /// The labels that there are cannot be read.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-}
-
-fn because(left_out: &[LeftOut]) -> String {
-    left_out.first().map_or(String::new(), |first| format!(" (`{}`: {})", first.name, first.why))
-}
-
-/// Why an image or the detector's answers to it cannot be shown.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum ShowError {
-    #[error("there is no image of this number")]
-    NoImage,
-    #[error("no detector has been given; start with `--suggest PROGRAM`")]
-    NoDetector,
-    #[error("`{0}`: {1}")]
-    Moved(String, String),
-    #[error(transparent)]
-    Image(#[from] ImageError),
-    #[error(transparent)]
-    Detect(#[from] DetectError),
-}
+pub use error::SessionError;
+pub(super) use error::ShowError;
 
 /// A folder that is being labelled.
 pub struct Session {
@@ -68,6 +33,9 @@ pub struct Session {
     columns: Vec<u32>,
     left_out: Vec<LeftOut>,
     detector: Option<Box<dyn Detector + Send + Sync>>,
+    table: PathBuf,
+    /// Held while the files are read, written or waited for; before `state`, where both are.
+    store: Mutex<Store>,
     state: Mutex<State>,
 }
 
@@ -78,7 +46,6 @@ impl std::fmt::Debug for Session {
 }
 
 struct State {
-    store: Store,
     marks: Marks,
     /// Counts the changes; each cell has the number of its last one.
     revision: u64,
@@ -147,10 +114,25 @@ impl Session {
         // Images that are elsewhere may have another width.
         let here = marks.iter().filter(|((image, _), _)| places.contains_key(image));
         let here = here.map(|(key, mark)| (key.clone(), *mark)).collect();
-        let columns = columns.of(width, &here).map_err(SessionError::Columns)?;
-        let state = State { store, marks, revision: 1, changed: BTreeMap::new() };
-        let (size, state) = ((width, height), Mutex::new(state));
-        Ok(Session { dir: real, pictures, places, size, columns, left_out, detector: None, state })
+        let kept = store.columns();
+        let asked = columns.of(width, kept.clone(), &here).map_err(SessionError::Columns)?;
+        if !matches!(columns, Columns::AsBefore(_)) && kept.as_ref() != Some(&asked) {
+            // A folder that cannot be written can still be looked at; the first mark tells.
+            let _ = store.keep_columns(&asked);
+        }
+        let state = State { marks, revision: 1, changed: BTreeMap::new() };
+        Ok(Session {
+            dir: real,
+            pictures,
+            places,
+            size: (width, height),
+            columns: asked,
+            left_out,
+            detector: None,
+            table: store.table().to_path_buf(),
+            store: Mutex::new(store),
+            state: Mutex::new(state),
+        })
     }
 
     /// The folder, without links.
@@ -190,7 +172,14 @@ impl Session {
 
     /// The file of labels.
     pub fn table(&self) -> PathBuf {
-        self.state().store.table().to_path_buf()
+        self.table.clone()
+    }
+
+    /// What tells this folder from another one that is served under the same address; the same each time.
+    pub(super) fn identity(&self) -> String {
+        let mut hasher = DefaultHasher::new();
+        self.dir.hash(&mut hasher);
+        format!("{:016x}", hasher.finish())
     }
 
     /// How many of the marks asked for are made.
@@ -232,7 +221,7 @@ impl Session {
     }
 
     /// Makes changes and saves them: when this returns, they are on the disk. A change whose mark is not (any more)
-    /// what it says in `from` is refused, unless it is already what it is to be.
+    /// what it says in `from` or `also` is refused, unless it is already what it is to be.
     ///
     /// # Errors
     /// If the files cannot be read, are faulty, or cannot be written; then nothing has changed.
@@ -243,15 +232,19 @@ impl Session {
         for change in &changes {
             assert_eq!(self.fault(change), None);
         }
-        let mut state = self.state();
+        let mut store = self.store.lock().unwrap_or_else(PoisonError::into_inner);
+        // They are known from the first mark on, for the marks alone would not tell them.
+        if store.columns().is_none() {
+            store.keep_columns(&self.columns)?;
+        }
         let mut refused = Vec::new();
         let order = |name: &str| self.places.get(name).copied().unwrap_or(usize::MAX);
-        let marks = state.store.change(order, |marks| {
+        let marks = store.change(order, |marks| {
             let mut wanted: BTreeMap<(String, u32), Option<Mark>> = BTreeMap::new();
-            for Change { image, x, from, to } in changes {
+            for Change { image, x, from, also, to } in changes {
                 let key = (image, x);
                 let now = wanted.get(&key).copied().unwrap_or_else(|| marks.get(&key).copied());
-                if now == from {
+                if now == from || also.contains(&now) {
                     wanted.insert(key, to);
                 } else if now != to {
                     refused.push(Cell { image: key.0, x, mark: now });
@@ -259,19 +252,29 @@ impl Session {
             }
             wanted
         })?;
+        let mut state = self.state();
         state.take(marks);
         Ok(Applied { revision: state.revision, refused })
     }
 
     /// The marks that have changed since a revision, with the current one; all of them since 0. Reads the files
-    /// again if another program has written them.
+    /// again if another program has written them, unless they are being written right now.
     ///
     /// # Errors
     /// If they cannot be read or are faulty.
     pub(super) fn since(&self, revision: u64) -> Result<(u64, Vec<Cell>), StoreError> {
+        let store = match self.store.try_lock() {
+            Ok(store) => Some(store),
+            Err(TryLockError::Poisoned(error)) => Some(error.into_inner()),
+            // Whoever writes reads first.
+            Err(TryLockError::WouldBlock) => None,
+        };
+        let news = match store {
+            Some(mut store) if store.is_stale() => Some((store.load()?.marks(), store)),
+            _ => None,
+        };
         let mut state = self.state();
-        if state.store.is_stale() {
-            let marks = state.store.load()?.marks();
+        if let Some((marks, _store)) = news {
             state.take(marks);
         }
         let cell = |key: &(String, u32)| Cell {
@@ -293,7 +296,14 @@ impl Session {
         // A file may have become a link since.
         let path = confined(&self.dir, &picture.name);
         let path = path.map_err(|why| ShowError::Moved(picture.name.clone(), why))?;
-        Ok(load_gray(&path)?)
+        let image = load_gray(&path)?;
+        if image.dimensions() == self.size {
+            return Ok(image);
+        }
+        let ((width, height), now) = (self.size, image.dimensions());
+        let why =
+            format!("has {}x{} pixels now, not {width}x{height}; start vsonar label again", now.0, now.1);
+        Err(ShowError::Moved(picture.name.clone(), why))
     }
 
     /// An image as PNG, as detectors see it.
@@ -319,9 +329,7 @@ impl State {
     /// Takes these marks for what there is, and notes which ones are new.
     fn take(&mut self, marks: Marks) {
         let before = std::mem::replace(&mut self.marks, marks);
-        let keys: BTreeSet<&(String, u32)> = before.keys().chain(self.marks.keys()).collect();
-        let new: Vec<_> =
-            keys.into_iter().filter(|key| before.get(*key) != self.marks.get(*key)).cloned().collect();
+        let new = differences(&before, &self.marks);
         if !new.is_empty() {
             self.revision += 1;
             self.changed.extend(new.into_iter().map(|key| (key, self.revision)));
@@ -329,124 +337,21 @@ impl State {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::fs;
-
-    fn folder(images: &[&str]) -> tempfile::TempDir {
-        let dir = tempfile::tempdir().expect("a temporary folder");
-        for name in images {
-            let path = dir.path().join(name);
-            fs::create_dir_all(path.parent().expect("below")).expect("writable");
-            GrayImage::new(40, 30).save(path).expect("writable");
+/// Where two sets of marks differ. Both are gone through once, side by side.
+fn differences(before: &Marks, after: &Marks) -> Vec<(String, u32)> {
+    let (mut before, mut after) = (before.iter().peekable(), after.iter().peekable());
+    let mut found = Vec::new();
+    loop {
+        let order = match (before.peek(), after.peek()) {
+            (None, None) => return found,
+            (Some(_), None) => Ordering::Less,
+            (None, Some(_)) => Ordering::Greater,
+            (Some((old, _)), Some((new, _))) => old.cmp(new),
+        };
+        let old = if order.is_le() { before.next() } else { None };
+        let new = if order.is_ge() { after.next() } else { None };
+        if old != new {
+            found.extend(old.or(new).map(|(key, _)| key.clone()));
         }
-        dir
-    }
-
-    fn change(image: &str, x: u32, from: Option<Mark>, to: Option<Mark>) -> Vec<Change> {
-        vec![Change { image: image.into(), x, from, to }]
-    }
-
-    #[test]
-    fn images_are_in_order_and_others_are_named() {
-        let dir = folder(&[
-            "f10.png",
-            "f9.png",
-            "images/f1.png",
-            "images/f9.png",
-            ".hidden.png",
-            "deep/down/a.png",
-        ]);
-        GrayImage::new(41, 30).save(dir.path().join("f11.png")).expect("writable");
-        fs::write(dir.path().join("f12.jpg"), "no image").expect("writable");
-        fs::write(dir.path().join("labels.csv"), "image,x,y\ndown/a.png,1,2\ndeep/down/a.png,1,2\n")
-            .expect("writable");
-        let session = Session::open(dir.path(), &Columns::Spread(2)).expect("sound");
-        assert_eq!(session.images().collect::<Vec<_>>(), ["deep/down/a.png", "f1.png", "f9.png", "f10.png"]);
-        let left_out: Vec<&str> = session.left_out().iter().map(|file| file.name.as_str()).collect();
-        assert_eq!(left_out, ["down/a.png", "f12.jpg", "f11.png"]);
-        assert_eq!((session.size(), session.columns()), ((40, 30), &[10, 30][..]));
-        assert_eq!(session.progress(), Progress { asked: 8, labels: 0, skipped: 0 });
-    }
-
-    #[test]
-    fn columns_are_those_of_the_table_unless_given() {
-        let dir = folder(&["a.png", "b.png", "c.png"]);
-        let columns = |columns: Columns| Session::open(dir.path(), &columns).map(|s| s.columns().to_vec());
-        assert_eq!(columns(Columns::AsBefore(4)).expect("sound"), [5, 15, 25, 35]);
-        fs::write(dir.path().join("labels.csv"), "image,x,y\na.png,7,2\na.png,9,2\nb.png,7,1\nc.png,3,1\n")
-            .expect("writable");
-        assert_eq!(columns(Columns::AsBefore(4)).expect("sound"), [7]);
-        assert_eq!(columns(Columns::These(vec![9, 3, 9])).expect("sound"), [3, 9]);
-        for wrong in [Columns::Spread(41), Columns::Spread(0), Columns::These(vec![40])] {
-            assert!(matches!(columns(wrong.clone()), Err(SessionError::Columns(_))), "{wrong:?}");
-        }
-    }
-
-    #[test]
-    fn threads_and_sessions_keep_each_others_marks() {
-        let names: Vec<String> = (0..4).map(|i| format!("{i}.png")).collect();
-        let dir = folder(&names.iter().map(String::as_str).collect::<Vec<_>>());
-        let open = || Session::open(dir.path(), &Columns::Spread(4)).expect("sound");
-        let sessions = [open(), open()];
-        std::thread::scope(|scope| {
-            for (i, name) in names.iter().enumerate() {
-                let session = &sessions[i % 2];
-                scope.spawn(move || {
-                    for &x in session.columns() {
-                        for row in 0..4u32 {
-                            let from = row.checked_sub(1).map(Mark::Row);
-                            let applied = session.apply(change(name, x, from, Some(Mark::Row(row))));
-                            assert!(applied.expect("writable").refused.is_empty());
-                        }
-                    }
-                });
-            }
-        });
-        for session in &sessions {
-            let (_, cells) = session.since(0).expect("readable");
-            assert_eq!(cells.len(), 16);
-            assert!(cells.iter().all(|cell| cell.mark == Some(Mark::Row(3))), "{cells:?}");
-        }
-        let set = crate::dataset::Dataset::load(dir.path()).expect("sound");
-        assert_eq!((set.cases().len(), set.labels()), (16, vec![3; 16]));
-    }
-
-    #[test]
-    fn a_change_that_has_not_seen_the_last_one_is_refused() {
-        let dir = folder(&["a.png"]);
-        let session = Session::open(dir.path(), &Columns::Spread(1)).expect("sound");
-        let apply = |from, to| session.apply(change("a.png", 20, from, to)).expect("writable").refused;
-        let (five, six) = (Some(Mark::Row(5)), Some(Mark::Row(6)));
-        assert_eq!(apply(None, five), []);
-        assert_eq!(apply(None, six), [Cell { image: "a.png".into(), x: 20, mark: five }]);
-        // The same again, as when the answer was lost.
-        assert_eq!(apply(None, five), []);
-        assert_eq!(apply(five, Some(Mark::Skip)), []);
-        assert_eq!(session.progress(), Progress { asked: 1, labels: 0, skipped: 1 });
-        assert_eq!(apply(five, None), [Cell { image: "a.png".into(), x: 20, mark: Some(Mark::Skip) }]);
-        assert_eq!(apply(Some(Mark::Skip), None), []);
-        let (revision, cells) = session.since(1).expect("readable");
-        assert_eq!(cells, [Cell { image: "a.png".into(), x: 20, mark: None }]);
-        assert_eq!(session.since(revision).expect("readable"), (revision, vec![]));
-        assert!(session.fault(&change("a.png", 20, None, Some(Mark::Row(30)))[0]).is_some());
-        assert!(session.fault(&change("a.png", 20, None, Some(Mark::Row(29)))[0]).is_none());
-    }
-
-    #[test]
-    fn a_failure_to_write_changes_nothing() {
-        let dir = folder(&["a.png"]);
-        let session = Session::open(dir.path(), &Columns::Spread(1)).expect("sound");
-        for (name, mark) in [("labels.csv", Mark::Row(5)), ("labels.skip.csv", Mark::Skip)] {
-            let way = dir.path().join(format!(".{name}.tmp"));
-            fs::create_dir(&way).expect("writable");
-            let error =
-                session.apply(change("a.png", 20, None, Some(mark))).expect_err("in the way").to_string();
-            assert!(error.contains(name) && error.contains("cannot write the file"), "{error}");
-            assert_eq!(session.progress(), Progress { asked: 1, labels: 0, skipped: 0 });
-            fs::remove_dir(&way).expect("there");
-        }
-        assert_eq!(session.apply(change("a.png", 20, None, Some(Mark::Skip))).expect("writable").refused, []);
     }
 }

@@ -1,14 +1,15 @@
-//! Marks on the disk: `labels.csv` for labels, `labels.skip.csv` for columns that are not to be labelled.
+//! Marks on the disk: `labels.csv` for labels, `labels.skip.csv` for columns that are not to be labelled, and
+//! `.labels.columns` for the columns asked for.
 //!
 //! A change reads both files, changes what it is about and puts them in their place as a whole, all under the lock of
 //! `.labels.lock`, which every process that labels the folder takes. A program that knows nothing of the lock does no
 //! harm unless it writes in the same few milliseconds, for the files are read again each time.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
 use super::mark::{Mark, Marks};
 use super::table::Table;
@@ -20,6 +21,10 @@ use crate::evolve::durable::replace_now;
 pub(super) const SKIPS: &str = "labels.skip.csv";
 /// Name of the file that is locked while the others are written. It stays behind, empty.
 const LOCK: &str = ".labels.lock";
+/// Name of the file of the columns last asked for, separated by commas.
+const COLUMNS: &str = ".labels.columns";
+/// How long another process may keep the lock.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Why marks could not be read or saved.
 #[derive(Debug, thiserror::Error)]
@@ -47,9 +52,20 @@ pub enum StoreError {
         /// What is wrong.
         problem: String,
     },
-    /// A file that is a link to another folder.
-    #[error("{}: is a link that leads out of the folder; label the folder that holds the file", .0.display())]
+    /// A file that is a link to another folder, or no file at all.
+    #[error(
+        "{}: is a link that leads out of the folder, or no file; label the folder that holds the file", .0.display()
+    )]
     Link(PathBuf),
+    /// A file that its owner does not want to be changed.
+    #[error("{}: is read-only; make the file writable, or label a copy of the folder", .0.display())]
+    ReadOnly(PathBuf),
+    /// Another process keeps the lock.
+    #[error(
+        "{}: another program has locked the labels for more than {} s; end the one that holds this file",
+        .0.display(), PATIENCE.as_secs()
+    )]
+    Locked(PathBuf),
 }
 
 fn remedy(error: &io::Error) -> &'static str {
@@ -183,14 +199,43 @@ impl Store {
         Ok(marks)
     }
 
+    /// The columns last asked for, if they are kept. What is no list of columns is as good as none.
+    pub(super) fn columns(&self) -> Option<Vec<u32>> {
+        let path = self.dir.join(COLUMNS);
+        path.symlink_metadata().ok().filter(|metadata| metadata.is_file())?;
+        let text = fs::read_to_string(path).ok()?;
+        text.trim().split(',').map(|x| x.trim().parse().ok()).collect()
+    }
+
+    /// Keeps the columns asked for.
+    pub(super) fn keep_columns(&self, columns: &[u32]) -> Result<(), StoreError> {
+        let text: Vec<String> = columns.iter().map(u32::to_string).collect();
+        write(&self.dir.join(COLUMNS), format!("{}\n", text.join(",")).as_bytes())
+    }
+
     fn lock(&self) -> Result<File, StoreError> {
         let path = self.dir.join(LOCK);
-        let locked = || {
-            let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path)?;
-            file.lock()?;
-            Ok(file)
+        let failed = |source| StoreError::File { path: path.clone(), action: "lock the labels", source };
+        let file = match OpenOptions::new().write(true).create_new(true).open(&path) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                if !path.symlink_metadata().map_err(failed)?.is_file() {
+                    return Err(StoreError::Link(path));
+                }
+                OpenOptions::new().write(true).open(&path).map_err(failed)?
+            }
+            opened => opened.map_err(failed)?,
         };
-        locked().map_err(|source| StoreError::File { path: path.clone(), action: "lock the labels", source })
+        let start = Instant::now();
+        loop {
+            match file.try_lock() {
+                Ok(()) => return Ok(file),
+                Err(TryLockError::WouldBlock) if start.elapsed() > PATIENCE => {
+                    return Err(StoreError::Locked(path));
+                }
+                Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(2)),
+                Err(TryLockError::Error(source)) => return Err(failed(source)),
+            }
+        }
     }
 }
 
@@ -217,9 +262,15 @@ fn read(path: &Path) -> Result<Vec<u8>, StoreError> {
 /// Puts a file in its place as a whole, with the permissions it had.
 fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let before = fs::metadata(path).ok().map(|metadata| metadata.permissions());
-    replace_now(path, bytes)
-        .and_then(|()| before.map_or(Ok(()), |permissions| fs::set_permissions(path, permissions)))
-        .map_err(|source| StoreError::File { path: path.into(), action: "write the file", source })
+    // A rename would replace it all the same.
+    if before.as_ref().is_some_and(fs::Permissions::readonly) {
+        return Err(StoreError::ReadOnly(path.into()));
+    }
+    replace_now(path, bytes, before).map_err(|source| StoreError::File {
+        path: path.into(),
+        action: "write the file",
+        source,
+    })
 }
 
 fn read_skips(path: &Path) -> Result<BTreeSet<(String, u32)>, StoreError> {

@@ -1,4 +1,5 @@
-//! `labels.csv` as a file to be changed: what is not changed stays as it is, to the byte.
+//! `labels.csv` as a file to be changed: what is not changed stays as it is, to the byte. Of a row whose label changes
+//! that is all but the number itself.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -81,7 +82,7 @@ impl Table {
             let there = self
                 .rows
                 .iter()
-                .find(|row| self.images[row.image].name == *image && row.x == Some(i128::from(*x)));
+                .find(|row| row.x == Some(i128::from(*x)) && self.images[row.image].name == *image);
             match (there, label) {
                 (Some(row), None) => edits.push((row.bytes.clone(), Vec::new())),
                 (Some(row), Some(y)) if row.y == Some(i128::from(*y)) => {}
@@ -97,11 +98,10 @@ impl Table {
             let key = (order(image), i128::from(x));
             let place = |row: &Row| (order(&self.images[row.image].name), row.x.unwrap_or_default());
             let before = self.rows.iter().rfind(|row| place(row) < key);
-            let after = self.rows.iter().find(|row| place(row) > key);
-            let at = match (before, after) {
-                (Some(row), _) => row.bytes.end,
-                (None, Some(row)) => row.bytes.start,
-                (None, None) => self.bytes.len(),
+            let after = || self.rows.iter().find(|row| place(row) > key);
+            let at = match before {
+                Some(row) => row.bytes.end,
+                None => after().map_or(self.bytes.len(), |row| row.bytes.start),
             };
             let group =
                 self.images.iter().find(|named| named.name == image).and_then(|named| named.group.as_deref());
@@ -112,9 +112,12 @@ impl Table {
         }
         // Of those at one place, insertions stand before what begins there, and stay in their order.
         edits.sort_by_key(|(range, _)| (range.start, range.end));
-        let mut out =
-            if self.bytes.is_empty() { format!("image,x,y{}", lines.end).into_bytes() } else { Vec::new() };
-        let mut done = 0;
+        let (mut out, mut done) = (Vec::new(), 0);
+        if !lines.headed {
+            // Nothing but blank lines or a byte order mark, after which a header would not be found.
+            out.extend(format!("image,x,y{}", lines.end).bytes());
+            done = self.bytes.len();
+        }
         for (range, bytes) in edits {
             out.extend(&self.bytes[done..range.start]);
             if !bytes.is_empty() && out.last().is_some_and(|&last| last != b'\n' && last != b'\r') {
@@ -131,6 +134,8 @@ impl Table {
 /// How the lines of a file are written.
 struct Lines {
     header: Header,
+    /// Whether there is a header.
+    headed: bool,
     end: &'static str,
 }
 
@@ -138,22 +143,18 @@ impl Lines {
     fn of(bytes: &[u8]) -> Lines {
         let plain = Header { columns: [0, 1, 2], group: None, fields: 3 };
         let header = first_record(bytes).and_then(|record| Header::read(&record).ok());
+        let headed = header.is_some();
         let first_end = bytes.iter().position(|&byte| byte == b'\n');
         let end = if first_end.is_some_and(|at| at > 0 && bytes[at - 1] == b'\r') { "\r\n" } else { "\n" };
-        Lines { header: header.unwrap_or(plain), end }
+        Lines { header: header.unwrap_or(plain), headed, end }
     }
 
-    /// A row with another label, its line's end as it was.
+    /// A row with another label, the rest as it was, spaces and quotes included.
     fn relabelled(&self, row: &[u8], y: u32) -> Vec<u8> {
-        let text = row.trim_ascii_end();
-        let Some(record) = first_record(text) else { return row.to_vec() };
         let [_, _, column] = self.header.columns;
-        let y = y.to_string();
-        let fields =
-            record.iter().enumerate().map(|(i, field)| if i == column { y.as_bytes() } else { field });
-        let mut out = written(fields);
-        out.extend(&row[text.len()..]);
-        out
+        let field = field(row, column);
+        let (before, after) = (&row[..field.start], &row[field.end..]);
+        [before, y.to_string().as_bytes(), after].concat()
     }
 
     /// A new row, with its line's end; further columns stay empty.
@@ -171,6 +172,31 @@ impl Lines {
         out.extend(self.end.bytes());
         out
     }
+}
+
+/// Where the content of a field stands in a row, without the quotes and spaces around it.
+fn field(row: &[u8], column: usize) -> Range<usize> {
+    let (mut quoted, mut fields, mut start, mut end) = (false, 0, 0, row.len());
+    for (at, &byte) in row.iter().enumerate() {
+        match byte {
+            // Two of them inside quotes, which stand for one, change nothing.
+            b'"' if quoted || at == start => quoted = !quoted,
+            b',' | b'\r' | b'\n' if !quoted => {
+                if fields == column {
+                    end = at;
+                    break;
+                }
+                fields += 1;
+                start = at + 1;
+            }
+            _ => {}
+        }
+    }
+    let is_around = |byte: &u8| *byte == b'"' || byte.is_ascii_whitespace();
+    let content = &row[start..end];
+    let before = content.iter().take_while(|byte| is_around(byte)).count();
+    let after = content[before..].iter().rev().take_while(|byte| is_around(byte)).count();
+    start + before..end - after
 }
 
 /// The first record of a text, its fields without spaces around them.
@@ -207,6 +233,12 @@ mod tests {
     #[test]
     fn a_table_is_begun() {
         assert_eq!(changed("", &[("a.png", 3, Some(5))]), "image,x,y\na.png,3,5\n");
+        // Neither is of use as a first line.
+        for blank in ["\n", "\r\n", "\u{feff}", "\u{feff}\n\n"] {
+            let text = changed(blank, &[("a.png", 3, Some(5)), ("b.png", 3, Some(6))]);
+            let lines: Vec<&str> = text.lines().collect();
+            assert_eq!(lines, ["image,x,y", "a.png,3,5", "b.png,3,6"], "{blank:?}");
+        }
         assert_eq!(
             changed("image,x,y\n", &[("b", 3, Some(5)), ("a", 9, Some(6)), ("a", 10, Some(7))]),
             "image,x,y\na,9,6\na,10,7\nb,3,5\n"
@@ -224,7 +256,10 @@ mod tests {
              1,z ,99,other/e.png,\r\n0,,1,z.png,\r\n"
         );
         let text = changed(table, &[("c.png", 3, None), ("other/e.png", 99, Some(2))]);
-        assert_eq!(text, "y,note, x,image,group\r\n8,,4,c.png,hall\r\n2,z,99,other/e.png,");
+        assert_eq!(text, "y,note, x,image,group\r\n8,,4,c.png,hall\r\n2,z ,99,other/e.png,");
+        let quoted = "image,note,x,y,by\n\"a.png\",\"1,\"\"2\"\"\",3, \t7 ,\"me\"\n\"b.png\",, 4 ,\"8\" \n";
+        let text = changed(quoted, &[("a.png", 3, Some(12)), ("b.png", 4, Some(0))]);
+        assert_eq!(text, quoted.replace("\t7 ", "\t12 ").replace("\"8\"", "\"0\""));
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! An address that stays the same when a server is started again.
 
-use std::fs::{self, OpenOptions};
-use std::io::{self, Write};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{Server, Token};
+use crate::evolve::durable::replace_now;
 
 /// Why a server could not have its old address.
 #[derive(Debug, thiserror::Error)]
@@ -26,8 +27,13 @@ pub enum AddressError {
     #[error("{}: others may read the address in it; `chmod 600` it, or remove it", .0.display())]
     Readable(PathBuf),
     /// The port cannot be had.
-    #[error("port {port} of 127.0.0.1 cannot be had: {source}")]
+    #[error(
+        "{}: port {port} of 127.0.0.1 cannot be had: {source}; end the command that uses the same file, or remove the \
+         file for another port", .file.display()
+    )]
     Port {
+        /// The file.
+        file: PathBuf,
         /// The port.
         port: u16,
         /// The system's words.
@@ -43,16 +49,17 @@ impl Server {
     /// If the file holds no address, others may read it, or the port is taken.
     pub fn bind_again(file: &Path, port: u16) -> Result<Server, AddressError> {
         let failed = |action| move |source| AddressError::File { path: file.to_path_buf(), action, source };
+        let taken = |port| move |source| AddressError::Port { file: file.to_path_buf(), port, source };
         match fs::read_to_string(file) {
             Ok(text) => {
                 if !is_private(file).map_err(failed("examine the file"))? {
                     return Err(AddressError::Readable(file.to_path_buf()));
                 }
                 let (port, token) = parse(&text).ok_or_else(|| AddressError::Content(file.to_path_buf()))?;
-                Server::with_token(port, token).map_err(|source| AddressError::Port { port, source })
+                Server::with_token(port, token).map_err(taken(port))
             }
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                let server = Server::bind(port).map_err(|source| AddressError::Port { port, source })?;
+                let server = Server::bind(port).map_err(taken(port))?;
                 write(file, &server.address()).map_err(failed("write the file"))?;
                 Ok(server)
             }
@@ -69,11 +76,11 @@ fn parse(text: &str) -> Option<(u16, Token)> {
 }
 
 fn write(file: &Path, address: &str) -> io::Result<()> {
-    let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
     #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    options.open(file)?.write_all(format!("{address}\n").as_bytes())
+    let private = Some(std::os::unix::fs::PermissionsExt::from_mode(0o600));
+    #[cfg(not(unix))]
+    let private = None;
+    replace_now(file, format!("{address}\n").as_bytes(), private)
 }
 
 #[cfg(unix)]
@@ -100,6 +107,8 @@ mod tests {
         assert!(
             matches!(Server::bind_again(&file, 0), Err(AddressError::Port { port, .. }) if port == first.port())
         );
+        let error = Server::bind_again(&file, 0).expect_err("taken").to_string();
+        assert!(error.contains("address: port ") && error.contains("remove the file"), "{error}");
         drop(first);
         assert_eq!(Server::bind_again(&file, 0).expect("free again").address(), address);
         fs::write(&file, "http://127.0.0.1:80/x/").expect("writable");

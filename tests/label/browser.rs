@@ -162,8 +162,14 @@ impl Browser {
         text.as_str().unwrap_or_default().to_string()
     }
 
-    /// Presses keys one after the other, each with those that are held down meanwhile.
+    /// Waits until the image is shown, without which nothing is marked, and presses keys.
     pub(crate) fn keys(&self, keys: &[&str]) {
+        self.wait("document.getElementById('picture').dataset.image === location.hash.slice(1)");
+        self.keys_now(keys);
+    }
+
+    /// Presses keys one after the other, each with those that are held down meanwhile.
+    pub(crate) fn keys_now(&self, keys: &[&str]) {
         let mut actions = KeyActions::new("keys".to_string());
         for key in keys {
             let codes: Vec<char> = key.split('+').map(code).collect();
@@ -179,6 +185,11 @@ impl Browser {
 
     /// Presses at the first of these places of the window, moves over the others, lets go.
     pub(crate) fn drag(&self, places: &[(i64, i64)], finger: bool) {
+        self.drag_partly(places, finger, true);
+    }
+
+    /// The same, but lets go only if that is wanted.
+    pub(crate) fn drag_partly(&self, places: &[(i64, i64)], finger: bool, lift: bool) {
         let mut path = Vec::new();
         for (i, &(x, y)) in places.iter().enumerate() {
             let (x, y) = (x as f64, y as f64);
@@ -187,7 +198,9 @@ impl Browser {
                 path.push(PointerAction::Down { button: 0 });
             }
         }
-        path.push(PointerAction::Up { button: 0 });
+        if lift {
+            path.push(PointerAction::Up { button: 0 });
+        }
         let done = if finger {
             let actions =
                 path.into_iter().fold(TouchActions::new("finger".to_string()), |all, one| all.then(one));
@@ -198,6 +211,12 @@ impl Browser {
             self.runtime.block_on(self.client.perform_actions(Actions::from(actions)))
         };
         done.expect("the pointer moves");
+    }
+
+    /// Lets the mouse go where it is.
+    pub(crate) fn let_go(&self) {
+        let up = MouseActions::new("mouse".to_string()).then(PointerAction::Up { button: 0 });
+        self.runtime.block_on(self.client.perform_actions(Actions::from(up))).expect("the button comes up");
     }
 
     /// Presses the element with this id, with the mouse.

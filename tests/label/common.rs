@@ -88,10 +88,16 @@ impl Label {
         serde_json::from_slice(&body).expect("JSON")
     }
 
+    /// What the page sends to have these marks made.
+    pub(crate) fn marks(&self, marks: Value) -> String {
+        let identity = &self.json("GET", "session", "")["identity"];
+        serde_json::json!({ "identity": identity, "marks": marks }).to_string()
+    }
+
     /// Sets a mark as the page does.
     pub(crate) fn mark(&self, image: &str, x: u32, from: Value, to: Value) -> Value {
-        let body = serde_json::json!({ "marks": [{ "image": image, "x": x, "from": from, "to": to }] });
-        self.json("POST", "marks", &body.to_string())
+        let marks = serde_json::json!([{ "image": image, "x": x, "from": from, "to": to }]);
+        self.json("POST", "marks", &self.marks(marks))
     }
 }
 

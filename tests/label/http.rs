@@ -54,7 +54,7 @@ fn foreign_sites_and_large_or_wrong_bodies_change_nothing() {
     let dir = images(1);
     let label = Label::start(dir.path(), &["--columns", "20,"]);
     let (host, path) = label.parts();
-    let good = json!({ "marks": [{ "image": "frame_1.png", "x": 20, "from": null, "to": 7 }] }).to_string();
+    let good = label.marks(json!([{ "image": "frame_1.png", "x": 20, "from": null, "to": 7 }]));
     let post = |headers: &[(&str, &str)], body: &str| {
         let length = body.len().to_string();
         let own = [("Host", host.as_str()), ("Content-Length", length.as_str())];
@@ -80,9 +80,15 @@ fn foreign_sites_and_large_or_wrong_bodies_change_nothing() {
         json!({ "image": "../frame_1.png", "x": 20, "from": null, "to": 7 }),
         json!({ "image": "/etc/passwd", "x": 20, "from": null, "to": 7 }),
     ] {
-        let (status, body) = label.ask("POST", "marks", &json!({ "marks": [wrong.clone()] }).to_string());
+        let (status, body) = label.ask("POST", "marks", &label.marks(json!([wrong.clone()])));
         assert_eq!(status, 422, "{wrong}: {}", String::from_utf8_lossy(&body));
     }
+    // For another folder, whose page has found this command under its address.
+    let mut other: serde_json::Value = serde_json::from_str(&good).expect("JSON");
+    other["identity"] = json!("0123456789abcdef");
+    let (status, body) = label.ask("POST", "marks", &other.to_string());
+    let text = String::from_utf8_lossy(&body);
+    assert!(status == 409 && text.contains("another folder"), "{status} {text}");
     assert!(!below(&dir, "labels.csv").exists() && !below(&dir, "labels.skip.csv").exists());
     assert_eq!(post(&[json_type], &good), 200);
     assert_eq!(labels(dir.path())[&("frame_1.png".to_string(), 20)], 7);
@@ -144,6 +150,29 @@ fn links_that_leave_the_folder_are_left_out() {
     symlink(below(&secret, "secret.png"), below(&dir, "frame_2.png")).expect("a link");
     let (status, body) = label.ask("GET", &format!("image/{index}"), "");
     assert!(status == 500 && String::from_utf8_lossy(&body).contains("leads out"), "{status}");
+    // Nor is anything written through one that stands where the command puts files.
+    let victim = below(&secret, "victim");
+    std::fs::write(&victim, "precious").expect("writable");
+    for name in [".labels.csv.tmp", ".labels.skip.csv.tmp", ".labels.columns", "..labels.columns.tmp"] {
+        let _ = std::fs::remove_file(below(&dir, name));
+        symlink(&victim, below(&dir, name)).expect("a link");
+    }
+    let x = label.ready["columns"][0].as_u64().expect("a column") as u32;
+    label.mark("frame_1.png", x, json!(null), json!(5));
+    label.mark("frame_3.png", x, json!(null), json!("skip"));
+    assert_eq!(std::fs::read_to_string(&victim).expect("there"), "precious");
+    for target in ["victim", "new"] {
+        std::fs::remove_file(below(&dir, ".labels.lock")).expect("there");
+        symlink(below(&secret, target), below(&dir, ".labels.lock")).expect("a link");
+        let body = label.marks(json!([{ "image": "frame_1.png", "x": x, "from": 5, "to": 6 }]));
+        let (status, answer) = label.ask("POST", "marks", &body);
+        let text = String::from_utf8_lossy(&answer);
+        assert!(status == 500 && text.contains(".labels.lock: is a link"), "{status} {text}");
+    }
+    assert!(!below(&secret, "new").exists());
+    assert_eq!(std::fs::read_to_string(&victim).expect("there"), "precious");
+    std::fs::remove_file(below(&dir, ".labels.lock")).expect("there");
+    std::fs::remove_file(below(&dir, "labels.csv")).expect("there");
     // Nor is a table written through a link.
     drop(label);
     symlink(below(&secret, "stolen.csv"), below(&dir, "labels.csv")).expect("a link");
@@ -152,6 +181,16 @@ fn links_that_leave_the_folder_are_left_out() {
     let output = output.expect("started");
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("labels.csv: is a link"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_not_waited_for() {
+    let dir = images(1);
+    let made = std::process::Command::new("mkfifo").arg(below(&dir, "z.png")).status().expect("started");
+    assert!(made.success());
+    let label = Label::start(dir.path(), &[]);
+    assert_eq!(label.ready["left_out"], json!([{ "name": "z.png", "why": "is not a plain file" }]));
 }
 
 #[test]
@@ -175,7 +214,7 @@ fn answers_keep_to_themselves() {
         assert!(!head.contains("access-control"), "{head}");
     }
     // The page itself names nothing that is elsewhere.
-    for file in ["", "style.css", "label.js", "marks.js", "view.js"] {
+    for file in ["", "style.css", "label.js", "marks.js", "view.js", "pointers.js", "pace.js"] {
         let (status, body) = label.ask("GET", file, "");
         let text = String::from_utf8(body).expect("UTF-8");
         assert!(status == 200 && !text.contains("//www.") && !text.contains("https:"), "{file}");

@@ -4,6 +4,7 @@
 mod browser;
 mod common;
 mod http;
+mod odd;
 mod page;
 mod processes;
 mod watch;

@@ -70,8 +70,8 @@ fn marks_of_other_programs_are_seen_and_kept() {
     );
     assert_eq!(std::fs::read_to_string(below(&dir, "labels.skip.csv")).expect("there"), "image,x\n");
     // One that is spoilt meanwhile is left alone, and the page is told.
+    let body = label.marks(json!([{ "image": "frame_1.png", "x": 20, "from": 52, "to": 53 }]));
     std::fs::write(&table, "image,x,y\nframe_1.png,twenty,5\n").expect("writable");
-    let body = json!({ "marks": [{ "image": "frame_1.png", "x": 20, "from": 52, "to": 53 }] }).to_string();
     let (status, body) = label.ask("POST", "marks", &body);
     let text = String::from_utf8(body).expect("UTF-8");
     assert!(status == 500 && text.contains("labels.csv line 2: x is `twenty`"), "{status} {text}");
@@ -85,7 +85,7 @@ fn a_mark_that_cannot_be_written_is_an_error_and_changes_nothing() {
     label.mark("frame_1.png", 20, Value::Null, json!(50));
     // A folder in the way of the file that is to be renamed.
     std::fs::create_dir(below(&dir, ".labels.csv.tmp")).expect("writable");
-    let body = json!({ "marks": [{ "image": "frame_1.png", "x": 60, "from": null, "to": 5 }] }).to_string();
+    let body = label.marks(json!([{ "image": "frame_1.png", "x": 60, "from": null, "to": 5 }]));
     let (status, answer) = label.ask("POST", "marks", &body);
     let text = String::from_utf8(answer).expect("UTF-8");
     assert!(status == 500 && text.contains("cannot write the file"), "{status} {text}");
@@ -111,7 +111,7 @@ fn ctrl_c_says_what_is_saved() {
     std::io::Read::read_to_string(&mut label.process.stderr.take().expect("piped"), &mut said)
         .expect("UTF-8");
     assert!(said.contains("2 of 3 marks made: 1 label in ") && said.contains("1 column skipped"), "{said}");
-    assert!(said.contains("Go on with: vsonar label "), "{said}");
+    assert!(said.contains("Go on with: vsonar label ") && said.contains(" --columns 20,60,100\n"), "{said}");
     vsonar::dataset::Dataset::load(dir.path()).expect("a sound data set");
 }
 
@@ -126,6 +126,47 @@ fn marks_outlive_a_command_that_is_killed() {
     let again = Label::start(dir.path(), &[]);
     assert_eq!(again.ready["columns"], json!([20, 60]));
     assert_eq!(again.ready["progress"], json!({ "asked": 4, "labels": 1, "skipped": 1 }));
+}
+
+#[test]
+fn columns_outlive_a_command_with_one_mark() {
+    for columns in [&[][..], &["--columns", "20,60,100"]] {
+        let dir = images(3);
+        let first = Label::start(dir.path(), columns);
+        let x = first.ready["columns"][0].as_u64().expect("a column") as u32;
+        first.mark("frame_1.png", x, Value::Null, json!(50));
+        let asked = first.ready["columns"].clone();
+        drop(first);
+        assert_eq!(Label::start(dir.path(), &[]).ready["columns"], asked);
+        // Others, once asked for, take their place.
+        assert_eq!(Label::start(dir.path(), &["--columns", "30,"]).ready["columns"], json!([30]));
+        assert_eq!(Label::start(dir.path(), &[]).ready["columns"], json!([30]));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_lock_that_another_program_keeps_stops_neither_page_nor_command() {
+    let dir = images(1);
+    let mut label = Label::start(dir.path(), &["--columns", "20,60"]);
+    let held = std::fs::File::create(below(&dir, ".labels.lock")).expect("writable");
+    held.lock().expect("free");
+    let body = label.marks(json!([{ "image": "frame_1.png", "x": 20, "from": null, "to": 5 }]));
+    let start = std::time::Instant::now();
+    let (status, answer) = std::thread::scope(|scope| {
+        let waiting = scope.spawn(|| label.ask("POST", "marks", &body));
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        assert_eq!(label.json("GET", "session", "")["marks"], json!([]));
+        assert!(!waiting.is_finished());
+        waiting.join().expect("no panic")
+    });
+    let text = String::from_utf8_lossy(&answer);
+    assert!(status == 500 && text.contains(".labels.lock: another program has locked"), "{status} {text}");
+    // SAFETY: sends a signal to a child that has not been waited for, so its number is its own.
+    let sent = unsafe { libc::kill(label.process.id() as libc::pid_t, libc::SIGINT) };
+    assert_eq!(sent, 0);
+    assert_eq!(label.process.wait().expect("it ends").code(), Some(130));
+    assert!(start.elapsed().as_secs() < 50, "{:?}", start.elapsed());
 }
 
 fn complaint(dir: &std::path::Path, more: &[&str]) -> (Option<i32>, String) {

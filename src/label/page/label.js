@@ -1,6 +1,8 @@
 // The page: keys, pointers, buttons, and what is seen of them.
 
 import { Marks } from "./marks.js";
+import { Pace } from "./pace.js";
+import { Pointers } from "./pointers.js";
 import { View } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
@@ -10,17 +12,18 @@ const view = new View($("picture"));
 let session = null;       // what the server told at the beginning
 let image = 0;            // index of the image shown
 let column = 0;           // index of the column that keys are about
-let drag = null;          // the row under a pointer that is down
+let following = false;    // whether the view is to come along to the column and row that keys are about
 let suggesting = false;
 const pictures = new Map();     // index -> Promise of an Image
 const suggestions = new Map();  // index -> rows
-const pace = [];                // times of marks made in this window
+const places = new Map();       // name of an image -> its index
+const pace = new Pace();
 let alerted = "";
 
 /// Milliseconds after which saving is worth a word.
 const SLOW = 300;
-/// A pause of more than this, in milliseconds, was not spent marking.
-const PAUSE = 30000;
+/// Milliseconds until an image that could not be shown is tried again.
+const RELOAD = 1500;
 
 // ---- what there is
 
@@ -51,18 +54,27 @@ function told(value) {
 
 // ---- changing marks
 
-function noteMark(count) {
-  for (let i = 0; i < count; i += 1) pace.push(performance.now());
+/// Only what is seen is marked.
+function displayed() {
+  if (view.image) return true;
+  say(lacking || `${name()} is not shown yet: wait for it, then mark.`);
+  unmarked = true;
+  return false;
 }
 
 function put(value, joined = false) {
+  if (!displayed()) return false;
   const fresh = mark() === null;
   marks.set([{ image: name(), x: x(), to: value }], joined);
-  if (fresh && value !== null) noteMark(1);
+  if (fresh && value !== null) pace.note(1);
   say();
+  return true;
 }
 
-function nudge(rows) { put(inside(row() + rows), true); }
+function nudge(rows) {
+  following = true;
+  put(inside(row() + rows), true);
+}
 
 /// To the next column without a mark, in this image or the next; a complete image goes on to the next one.
 function advance() {
@@ -74,22 +86,22 @@ function advance() {
 }
 
 function accept() {
-  if (mark() === null) put(draft());
+  if (mark() === null) { if (!put(draft())) return; }
   // One that is marked already is passed by, column by column, so that a frame can be looked through.
   else if (column + 1 < session.columns.length && isDone(image)) return choose(column + 1);
   advance();
 }
 
 function andOn(value) {
-  put(value);
-  advance();
+  if (put(value)) advance();
 }
 
 function copy() {
   if (image === 0) return say("There is no previous image.");
+  if (!displayed()) return;
   const free = session.columns.map((_, i) => i).filter((i) => mark(i) === null && mark(i, image - 1) !== null);
   const count = marks.set(free.map((i) => ({ image: name(), x: x(i), to: mark(i, image - 1) })));
-  noteMark(count);
+  pace.note(count);
   say(count ? `Copied ${count} mark${count === 1 ? "" : "s"} from the previous image.` : "Nothing to copy.");
 }
 
@@ -98,10 +110,10 @@ function undo() {
   if (!step) return say("Nothing to undo.");
   const at = step.done[0];
   if (at) {
-    const index = session.images.indexOf(at.image);
-    if (index >= 0 && index !== image) show(index);
-    column = Math.max(session.columns.indexOf(at.x), 0);
-    pace.pop();
+    const index = places.get(at.image) ?? image;
+    if (index !== image) show(index);
+    choose(Math.max(session.columns.indexOf(at.x), 0));
+    pace.forget(step.done.filter(({ to }) => to === null).length);
     say(`Undone: column ${column + 1} is ${told(mark())} again.`);
   } else {
     say("Not undone: another window has changed this mark since.");
@@ -111,7 +123,9 @@ function undo() {
 // ---- going about
 
 function choose(index) {
+  pointers.release();
   column = Math.min(Math.max(index, 0), session.columns.length - 1);
+  following = true;
   say();
 }
 
@@ -125,35 +139,56 @@ function firstGap() {
 function picture(index) {
   if (!pictures.has(index)) {
     const loaded = new Image();
-    loaded.src = `image/${index}`;
+    loaded.src = marks.address(index);
     const ready = loaded.decode().then(() => loaded);
-    ready.catch(() => pictures.delete(index));
+    ready.catch(() => { if (pictures.get(index) === ready) pictures.delete(index); });
     pictures.set(index, ready);
   }
   return pictures.get(index);
 }
 
-async function show(index) {
+let lacking = "";       // why the image is not shown
+let unmarked = false;   // whether a mark was refused for that
+let reload = null;
+
+function show(index) {
   if (index < 0 || index >= session.images.length) return say(index < 0 ? "This is the first image." : "This is the last image.");
+  pointers.release();
   image = index;
+  following = true;
+  lacking = "";
   // Never the marks of one image on another; one that is there already is shown before the next frame is drawn.
   view.image = null;
   const gap = session.columns.findIndex((_, i) => mark(i) === null);
   column = Math.max(gap, 0);
-  history.replaceState(null, "", `#${image + 1}`);
+  // Browsers allow it only so many times in a while.
+  try { history.replaceState(null, "", `#${image + 1}`); } catch { /* the address lags behind */ }
   say();
   if (suggesting) suggest();
   // Those that come next are there before they are asked for; those far away are forgotten.
   for (const old of [...pictures.keys()].filter((i) => Math.abs(i - image) > 8)) pictures.delete(old);
+  load(index);
+}
+
+async function load(index) {
+  clearTimeout(reload);
   try {
     const ready = picture(index);
     for (const near of [index + 1, index + 2, index - 1]) {
       if (near >= 0 && near < session.images.length) picture(near).catch(() => {});
     }
     const loaded = await ready;
-    if (image === index) { view.image = loaded; paint(); }
+    if (image !== index || pictures.get(index) !== ready) return;
+    view.image = loaded;
+    if (unmarked || lacking) say();
+    lacking = "";
+    unmarked = false;
+    paint();
   } catch {
-    if (image === index) { view.image = null; say(`${name()} cannot be shown; is vsonar still running?`); }
+    if (image !== index || view.image) return;
+    lacking = `${name()} cannot be shown, so it cannot be marked; is vsonar still running?`;
+    say(lacking);
+    reload = setTimeout(() => load(index), RELOAD);
   }
 }
 
@@ -186,13 +221,13 @@ async function take(all) {
   if (!suggesting) return toggleSuggestions();
   const at = image;
   if (!suggestions.has(image)) await suggest();
-  if (at !== image) return;
+  if (at !== image || !displayed()) return;
   const columns = all ? session.columns.map((_, i) => i).filter((i) => mark(i) === null) : [column];
   const wanted = columns.filter((i) => suggested(i) !== null);
   if (!wanted.length) return say(all ? "Nothing to take." : "The detector has no answer in this column.");
   const fresh = wanted.filter((i) => mark(i) === null).length;
   marks.set(wanted.map((i) => ({ image: name(), x: x(i), to: suggested(i) })));
-  noteMark(fresh);
+  pace.note(fresh);
   if (all) say(`Took ${wanted.length} answer${wanted.length === 1 ? "" : "s"}.`); else advance();
 }
 
@@ -213,7 +248,10 @@ function say(text = "") {
 }
 
 function render() {
-  view.follow(x() + 0.5, (drag ?? row()) + 1);
+  const { drag } = pointers;
+  // Not under a pointer, and not to take back where a hand has moved the view.
+  if (following && drag === null) view.follow(x() + 0.5, row() + 1);
+  following = false;
   view.draw(session.columns.map((at, i) => ({
     x: at, number: i + 1, active: i === column,
     mark: i === column && drag !== null ? drag : mark(i),
@@ -260,51 +298,40 @@ function renderColumns() {
   }
 }
 
-/// Marks made and images done, counted again after a change only.
+/// Marks made and images done: counted once, and again for images whose marks have changed.
 let tally = null;
-function counted() {
-  if (tally) return tally;
-  tally = { done: 0, images: 0 };
-  session.images.forEach((_, i) => {
-    const made = session.columns.filter((_, at) => mark(at, i) !== null).length;
-    tally.done += made;
-    tally.images += made === session.columns.length;
-  });
-  return tally;
+
+function countAll() {
+  tally = { done: 0, images: 0, made: session.images.map(() => 0) };
+  session.images.forEach((_, i) => count(i));
+}
+
+function count(index) {
+  const [before, made] = [tally.made[index], session.columns.filter((_, i) => mark(i, index) !== null).length];
+  const all = session.columns.length;
+  tally.made[index] = made;
+  tally.done += made - before;
+  tally.images += (made === all) - (before === all);
 }
 
 function renderProgress() {
-  const { done, images } = counted();
+  const { done, images } = tally;
   const all = asked();
   $("bar").firstChild.style.width = `${100 * done / all}%`;
   $("bar").setAttribute("aria-valuemax", all);
   $("bar").setAttribute("aria-valuenow", done);
   document.body.dataset.done = done;
   const parts = [`${done} of ${all} marks`, `${images} image${images === 1 ? "" : "s"} done`];
-  const each = secondsEach();
-  if (each && done < all) parts.push(`about ${timeFor(each * (all - done))} left`);
+  const left = pace.left(all - done);
+  if (left) parts.push(left);
   $("rate").textContent = parts.join(" · ");
-}
-
-/// Seconds a mark took lately, pauses left out.
-function secondsEach() {
-  const recent = pace.slice(-60);
-  if (recent.length < 6) return null;
-  const gaps = recent.slice(1).map((time, i) => time - recent[i]).filter((gap) => gap < PAUSE);
-  return gaps.length ? gaps.reduce((a, b) => a + b, 0) / gaps.length / 1000 : null;
-}
-
-function timeFor(seconds) {
-  if (seconds < 90) return `${Math.max(Math.round(seconds / 5) * 5, 5)} s`;
-  if (seconds < 5400) return `${Math.round(seconds / 60)} min`;
-  return `${(seconds / 3600).toFixed(1)} h`;
 }
 
 function renderSaved() {
   const lost = marks.problem !== null;
   const state = lost ? "lost" : marks.unsaved ? (marks.waiting > SLOW ? "saving" : "sending") : "saved";
   $("saved").dataset.state = state;
-  const text = lost ? (marks.unsaved ? `${marks.unsaved} not saved` : "No connection") : state === "saving" ? "Saving…" : "Saved";
+  const text = lost ? (marks.unsaved ? `${marks.unsaved} not saved` : "No connection") : state === "saved" ? "Saved" : "Saving…";
   if ($("saved-text").textContent !== text) $("saved-text").textContent = text;
   const problem = lost
     ? `${marks.unsaved ? `${marks.unsaved} mark${marks.unsaved === 1 ? " is" : "s are"} not saved yet, and kept in this window: ` : ""}${marks.problem} Trying again.`
@@ -331,13 +358,14 @@ const KEYS = {
   Delete: () => put(null), Backspace: () => put(null),
   n: () => show(image + 1), p: () => show(image - 1),
   f: () => firstGap() || say("Every column of every image is marked."),
-  s: toggleSuggestions, a: () => take(false), A: () => take(true),
+  s: toggleSuggestions, a: (e) => take(e.shiftKey),
   "+": () => zoom(1.5), "=": () => zoom(1.5), "-": () => zoom(1 / 1.5), "0": () => { view.fit(); paint(); },
   "?": help,
 };
 
 function zoom(factor) {
   view.zoomBy(factor, { x: x() + 0.5, y: row() + 1 });
+  following = true;
   paint();
 }
 
@@ -354,7 +382,7 @@ document.addEventListener("keydown", (event) => {
     if (index < session.columns.length) choose(index);
     return;
   }
-  const action = KEYS[event.key] ?? (event.key.length === 1 && event.key !== "A" ? KEYS[event.key.toLowerCase()] : undefined);
+  const action = KEYS[event.key] ?? (event.key.length === 1 ? KEYS[event.key.toLowerCase()] : undefined);
   if (!action) return;
   event.preventDefault();
   alerted = "";
@@ -365,74 +393,23 @@ document.addEventListener("keydown", (event) => {
 
 // ---- pointers
 
-const pointers = new Map();
-let pinch = null;
-
-function dragTo(event) {
-  const at = view.at(event.clientX, event.clientY);
-  // The edge of the mark, between floor and obstacle, is under the pointer.
-  drag = inside(at.y - 1);
-  paint();
-}
-
 function nearest(at) {
   let best = 0;
   session.columns.forEach((c, i) => { if (Math.abs(c + 0.5 - at.x) < Math.abs(x(best) + 0.5 - at.x)) best = i; });
   return best;
 }
 
-function spread() {
-  const [a, b] = [...pointers.values()];
-  return { distance: Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY), x: (a.clientX + b.clientX) / 2, y: (a.clientY + b.clientY) / 2 };
-}
-
 const canvas = $("picture");
-canvas.addEventListener("pointerdown", (event) => {
-  if (!session || event.button !== 0) return;
-  canvas.setPointerCapture(event.pointerId);
-  pointers.set(event.pointerId, event);
-  alerted = "";
-  if (pointers.size === 2) {
-    drag = view.loupe = null;
-    pinch = spread();
-    return paint();
-  }
-  if (pointers.size > 1) return;
-  column = nearest(view.at(event.clientX, event.clientY));
-  message = "";
-  view.loupe = event.pointerType === "touch" || null;
-  dragTo(event);
+const pointers = new Pointers(canvas, view, {
+  inside, paint, put,
+  begin(at) {
+    if (!session) return false;
+    alerted = "";
+    column = nearest(at);
+    say();
+    return displayed();
+  },
 });
-canvas.addEventListener("pointermove", (event) => {
-  if (!pointers.has(event.pointerId)) return;
-  pointers.set(event.pointerId, event);
-  if (pinch && pointers.size === 2) {
-    const now = spread();
-    view.pan(now.x - pinch.x, now.y - pinch.y);
-    view.zoomBy(now.distance / Math.max(pinch.distance, 1), view.at(now.x, now.y));
-    pinch = now;
-    paint();
-  } else if (drag !== null) {
-    dragTo(event);
-  }
-});
-for (const kind of ["pointerup", "pointercancel"]) {
-  canvas.addEventListener(kind, (event) => {
-    if (!pointers.delete(event.pointerId)) return;
-    if (pointers.size < 2) pinch = null;
-    const placed = drag;
-    drag = view.loupe = null;
-    if (placed !== null && kind === "pointerup") put(placed);
-    paint();
-  });
-}
-canvas.addEventListener("wheel", (event) => {
-  if (!session) return;
-  event.preventDefault();
-  if (event.ctrlKey) view.zoomBy(Math.exp(-event.deltaY / 200), view.at(event.clientX, event.clientY));
-  else view.pan(-event.deltaX, -event.deltaY);
-  paint();
-}, { passive: false });
 
 // ---- buttons
 
@@ -454,26 +431,41 @@ for (const [id, action] of Object.entries(BUTTONS)) {
 // Held down, the arrows go on.
 for (const [id, rows] of [["up", -1], ["down", 1]]) {
   let timer = null;
+  let held = false;
   const stop = () => { clearTimeout(timer); timer = null; };
   $(id).addEventListener("pointerdown", () => {
-    const again = () => { nudge(rows); timer = setTimeout(again, 60); };
+    held = false;
+    const again = () => { held = true; nudge(rows); timer = setTimeout(again, 60); };
     timer = setTimeout(again, 400);
   });
   for (const kind of ["pointerup", "pointerleave", "pointercancel"]) $(id).addEventListener(kind, stop);
+  // The click that ends it is not one row more.
+  $(id).addEventListener("click", (event) => {
+    if (held && event.detail > 0) { event.stopImmediatePropagation(); $(id).blur(); }
+  }, { capture: true });
   $(id).addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
 // ---- beginning
 
+let beginning = false;
+let hindered = "";      // why it could not begin, as it is shown
 async function begin() {
+  if (beginning) return;
+  beginning = true;
   try {
     session = await marks.begin();
   } catch (error) {
-    $("alert").hidden = false;
-    $("alert").textContent = `${error.message} Trying again.`;
-    return setTimeout(begin, 1500);
+    alerted = hindered = `${error.message} Trying again.`;
+    if (session) paint();
+    else { $("alert").hidden = false; $("alert").textContent = alerted; }
+    return setTimeout(() => { beginning = false; begin(); }, RELOAD);
   }
-  tally = null;
+  beginning = false;
+  if (alerted === hindered) alerted = "";
+  places.clear();
+  session.images.forEach((file, i) => places.set(file, i));
+  countAll();
   pictures.clear();
   suggestions.clear();
   document.body.classList.toggle("suggests", session.suggests);
@@ -497,8 +489,8 @@ async function begin() {
   document.body.dataset.ready = "true";
 }
 
-marks.addEventListener("change", () => {
-  tally = null;
+marks.addEventListener("change", ({ detail: files }) => {
+  for (const file of files) if (tally && places.has(file)) count(places.get(file));
   // What is not saved is never called saved, not even until the next frame.
   if (session) renderSaved();
   paint();

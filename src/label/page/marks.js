@@ -9,13 +9,21 @@ const POLL_HIDDEN = 10000;
 const RETRY = [400, 3000];
 /// Changes sent at a time, so that a request stays far below what the server takes.
 const BATCH = 100;
+/// Milliseconds after which an answer is not waited for any longer; more than the server waits for its files.
+const PATIENCE = 15000;
 
 export class Marks extends EventTarget {
   #saved = new Map();    // what the server has, as far as this window knows
-  #wanted = new Map();   // what it is to have: { image, x, from, to }
+  #wanted = new Map();   // what it is to have: { image, x, from, also, to }, where `also` lists marks of this window
+                         // that may be on the disk, for no answer came to them
   #sending = null;       // those under way
   #undo = [];
-  #id = null;
+  #id = null;            // of the command as it was started
+  #identity = null;      // of its folder
+  #folder = "";
+  #images = new Set();
+  #columns = new Set();
+  #retry = null;
   #revision = 0;
   #answers = 0;          // counts answers to changes, to tell news that were older
   #failures = 0;
@@ -24,11 +32,21 @@ export class Marks extends EventTarget {
   /// Asks for everything; the answer is what the page shows.
   async begin() {
     const answer = await this.#ask("session");
+    if (this.#identity !== null && answer.identity !== this.#identity) {
+      // Images of the same names may be in both.
+      if (this.#wanted.size) throw new Error(this.#elsewhere(answer.folder));
+      this.#undo = [];
+    }
     this.#id = answer.id;
+    this.#identity = answer.identity;
+    this.#folder = answer.folder;
+    this.#images = new Set(answer.images);
+    this.#columns = new Set(answer.columns);
     this.#revision = answer.revision;
     this.#saved = new Map(answer.marks.filter((m) => m.mark !== null).map((m) => [key(m.image, m.x), m.mark]));
     if (!this.polling) this.#poll();
     this.polling = true;
+    this.flush();
     return answer;
   }
 
@@ -57,8 +75,11 @@ export class Marks extends EventTarget {
     const last = this.#undo.at(-1);
     const same = joined && last?.joined && last.length === 1 && step.length === 1
       && last[0].image === step[0].image && last[0].x === step[0].x && last[0].to === step[0].from;
-    if (same) last[0].to = step[0].to;
-    else this.#undo.push(Object.assign(step.map((c) => ({ ...c })), { joined }));
+    if (same) {
+      last[0].to = step[0].to;
+      // There and back again is nothing to be undone.
+      if (last[0].from === last[0].to) this.#undo.pop();
+    } else this.#undo.push(Object.assign(step.map((c) => ({ ...c })), { joined }));
     this.#want(step);
     return step.length;
   }
@@ -76,45 +97,66 @@ export class Marks extends EventTarget {
     if (!this.#wanted.size) this.#since = performance.now();
     for (const { image, x, from, to } of changes) {
       const there = this.#wanted.get(key(image, x));
-      this.#wanted.set(key(image, x), { image, x, from: there ? there.from : from, to });
+      this.#wanted.set(key(image, x), { image, x, from: there ? there.from : from, also: there?.also ?? [], to });
     }
-    this.#changed();
+    this.#changed(changes);
     this.flush();
   }
 
-  #changed() { this.dispatchEvent(new Event("change")); }
+  /// Tells that marks are others now, or how they are saved; of which images, if of any.
+  #changed(cells = []) {
+    this.dispatchEvent(new CustomEvent("change", { detail: new Set(cells.map((c) => c.image)) }));
+  }
+
+  #elsewhere(folder) {
+    return `vsonar labels another folder now${folder ? `, ${folder}` : ""}; what is not saved belongs to ${this.#folder}: start vsonar label for that one again.`;
+  }
+
+  /// Whether the command takes a mark there.
+  #asks({ image, x }) { return this.#images.has(image) && this.#columns.has(x); }
 
   #say(text) { this.dispatchEvent(new CustomEvent("say", { detail: text })); }
 
   /// Sends what is not saved; calls itself until nothing is left.
   async flush() {
+    // One chain of tries, however many keys are pressed meanwhile.
+    clearTimeout(this.#retry);
     if (this.#sending || !this.#wanted.size) return;
-    // A mark that came back to what it was needs no saving, but only if nothing is under way.
-    for (const [k, { from, to }] of this.#wanted) if (from === to) this.#wanted.delete(k);
-    const marks = [...this.#wanted.values()].slice(0, this.alone ? 1 : BATCH).map((c) => ({ ...c }));
-    if (!marks.length) return this.#changed();
+    // A mark that came back to what it was needs no saving, but only if nothing is or may be under way.
+    for (const [k, { from, also, to }] of this.#wanted) if (from === to && !also.length) this.#wanted.delete(k);
+    const ours = [...this.#wanted.values()].filter((c) => this.#asks(c));
+    const marks = ours.slice(0, this.alone ? 1 : BATCH).map((c) => ({ ...c, also: [...c.also] }));
+    if (!marks.length) {
+      // After another start of the command: not lost, but for when it asks for them again.
+      if (this.#wanted.size) this.problem = "vsonar was started again for other columns or images; start it with --columns that have them.";
+      return this.#changed();
+    }
     this.#sending = marks;
     let again = 0;
     try {
-      const { refused } = await this.#ask("marks", { marks });
+      const { refused } = await this.#ask("marks", { identity: this.#identity, marks });
       this.alone = false;
       this.#settle(marks, refused);
     } catch (error) {
-      again = this.#failed(marks, error);
+      again = await this.#failed(marks, error);
     }
     this.#answers += 1;
     this.#sending = null;
-    this.#changed();
-    if (again) setTimeout(() => this.flush(), again); else this.flush();
+    this.#changed(marks);
+    if (again) this.#retry = setTimeout(() => this.flush(), again); else this.flush();
   }
 
   /// Sends what is left, without waiting for an answer: the window is being closed.
   leave() {
+    // What is under way may come before these or after them.
     const underWay = new Map((this.#sending ?? []).map((c) => [key(c.image, c.x), c.to]));
     const left = [...this.#wanted.values()]
-      .map((c) => ({ ...c, from: underWay.has(key(c.image, c.x)) ? underWay.get(key(c.image, c.x)) : c.from }))
-      .filter(({ from, to }) => from !== to);
-    for (let i = 0; i < left.length; i += BATCH) this.#ask("marks", { marks: left.slice(i, i + BATCH) }).catch(() => {});
+      .filter((c) => this.#asks(c))
+      .map((c) => (underWay.has(key(c.image, c.x)) ? { ...c, also: [...c.also, underWay.get(key(c.image, c.x))] } : c))
+      .filter(({ from, also, to }) => from !== to || also.length);
+    for (let i = 0; i < left.length; i += BATCH) {
+      this.#ask("marks", { identity: this.#identity, marks: left.slice(i, i + BATCH) }).catch(() => {});
+    }
   }
 
   /// The server has these, but for those that it refused because they are others' now.
@@ -128,25 +170,42 @@ export class Marks extends EventTarget {
       const now = other ? others.get(k) : to;
       if (now === null) this.#saved.delete(k); else this.#saved.set(k, now);
       const wanted = this.#wanted.get(k);
-      if (other || wanted.to === to) this.#wanted.delete(k); else wanted.from = to;
+      if (other || wanted.to === to) this.#wanted.delete(k); else Object.assign(wanted, { from: to, also: [] });
       if (other) {
-        this.#undo = this.#undo.filter((step) => !step.some((c) => c.image === image && c.x === x));
+        this.#undo = this.#undo
+          .map((step) => Object.assign(step.filter((c) => c.image !== image || c.x !== x), { joined: step.joined }))
+          .filter((step) => step.length);
         this.dispatchEvent(new CustomEvent("refused", { detail: { image, x, to, now } }));
       }
     }
   }
 
   /// Gives the time to wait before the next try.
-  #failed(marks, error) {
+  async #failed(marks, error) {
     if (error.refused) {
       // These can never be saved; of several, the wrong one is found alone.
       if (marks.length > 1) { this.alone = true; return 1; }
+      // A command that was started again may ask for other columns, which is no reason to forget what was marked.
+      const news = await this.#ask(`changes?since=${this.#revision}`).catch(() => null);
+      if (news?.id !== this.#id) {
+        this.dispatchEvent(new Event("restart"));
+        return RETRY[0];
+      }
       this.#wanted.delete(key(marks[0].image, marks[0].x));
       this.alone = false;
       this.#say(`Not saved: ${error.message}`);
       return 1;
     }
-    this.problem = error.message;
+    if (error.elsewhere) {
+      this.problem = this.#elsewhere("");
+    } else {
+      this.problem = error.message;
+      // They may have been saved all the same.
+      for (const { image, x, to } of marks) {
+        const { also } = this.#wanted.get(key(image, x));
+        if (!also.includes(to)) also.push(to);
+      }
+    }
     this.#failures += 1;
     return Math.min(RETRY[0] * 1.5 ** this.#failures, RETRY[1]);
   }
@@ -160,12 +219,12 @@ export class Marks extends EventTarget {
         this.dispatchEvent(new Event("restart"));
       } else if (answers === this.#answers && !this.#sending) {
         this.#revision = news.revision;
-        let others = 0;
+        const others = [];
         for (const { image, x, mark } of news.marks) {
-          if ((this.#saved.get(key(image, x)) ?? null) !== mark) others += 1;
+          if ((this.#saved.get(key(image, x)) ?? null) !== mark) others.push({ image });
           if (mark === null) this.#saved.delete(key(image, x)); else this.#saved.set(key(image, x), mark);
         }
-        if (others) this.#changed();
+        if (others.length) this.#changed(others);
       }
       if (this.problem && !this.#wanted.size) { this.problem = null; this.#failures = 0; this.#changed(); }
     } catch (error) {
@@ -177,7 +236,9 @@ export class Marks extends EventTarget {
   }
 
   async #ask(what, body) {
-    const options = body === undefined ? {} : {
+    const signal = AbortSignal.timeout(PATIENCE);
+    const options = body === undefined ? { signal } : {
+      signal,
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body),
       // It is sent even if the window is closed at this moment.
       keepalive: true,
@@ -193,9 +254,13 @@ export class Marks extends EventTarget {
     const error = new Error(content.error ?? (answer.status === 403
       ? "the address is no longer valid: open the one that vsonar has printed" : `vsonar answers ${answer.status}`));
     error.refused = [400, 413, 415, 422].includes(answer.status);
+    error.elsewhere = answer.status === 409;
     throw error;
   }
 
+  /// Where an image is. Numbers mean others when the command is started again, which then refuses them.
+  address(index) { return `image/${index}?id=${this.#id}`; }
+
   /// The detector's rows for an image.
-  suggestions(index) { return this.#ask(`suggestions/${index}`); }
+  suggestions(index) { return this.#ask(`suggestions/${index}?id=${this.#id}`); }
 }

@@ -34,6 +34,9 @@ export class View {
     return Math.max(whole, 0.05) * this.zoom;
   }
 
+  /// Whether pixels of the image are so large that each can be pointed at.
+  get showsPixels() { return this.scale >= 5; }
+
   /// Zooms by a factor about a point of the image.
   zoomBy(factor, about = this.centre) {
     const before = this.scale;
@@ -136,7 +139,7 @@ export class View {
       const colour = active ? COLOURS.active : COLOURS.mark;
       this.#line(x, Math.min(y + open, last), x, last, colour, 2);
       this.#tick(x, y, open, reach, colour, active ? 4 : 3);
-      if (s >= 5 && mark > 0) {
+      if (this.showsPixels && mark > 0) {
         c.lineWidth = 1.5;
         c.strokeStyle = colour;
         c.strokeRect(left + column.x * s, top + mark * s, s, s);
