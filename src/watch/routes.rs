@@ -187,8 +187,8 @@ struct News {
     /// How it ended, once it has.
     end: Option<String>,
     revision: u64,
-    title: Option<Arc<str>>,
-    report: Option<Arc<str>>,
+    title: Option<String>,
+    report: Option<String>,
 }
 
 /// Answers when there is a newer report, when it is over, or after a moment anyway.
@@ -224,6 +224,6 @@ async fn news(
         desk.visitors().told = Some(Instant::now());
     }
     let revision = drawn.as_ref().map_or(since, |drawn| drawn.revision);
-    let (title, report) = drawn.map(|drawn| (drawn.title, drawn.html)).unzip();
+    let (title, report) = drawn.map(|drawn| (drawn.title.to_string(), drawn.html.to_string())).unzip();
     Ok(Json(News { line, share, end, revision, title, report }))
 }
