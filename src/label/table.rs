@@ -257,7 +257,7 @@ mod tests {
         );
         let text = changed(table, &[("c.png", 3, None), ("other/e.png", 99, Some(2))]);
         assert_eq!(text, "y,note, x,image,group\r\n8,,4,c.png,hall\r\n2,z ,99,other/e.png,");
-        let quoted = "image,note,x,y,by\n\"a.png\",\"1,\"\"2\"\"\",3, \t7 ,\"me\"\n\"b.png\",, 4 ,\"8\" \n";
+        let quoted = "image,note,x,y,by\n\"a.png\",\"1,\"\"2\"\"\",3, \t7 ,\"me\"\n\"b.png\",, 4 ,\"8\" ,\n";
         let text = changed(quoted, &[("a.png", 3, Some(12)), ("b.png", 4, Some(0))]);
         assert_eq!(text, quoted.replace("\t7 ", "\t12 ").replace("\"8\"", "\"0\""));
     }

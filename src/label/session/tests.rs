@@ -177,9 +177,9 @@ fn an_image_that_is_replaced_is_not_shown() {
     let dir = folder(&["a.png"]);
     let session = Session::open(dir.path(), &Columns::Spread(1)).expect("sound");
     session.png(0).expect("shown");
-    GrayImage::new(20, 15).save(dir.path().join("a.png")).expect("writable");
+    GrayImage::new(20, 18).save(dir.path().join("a.png")).expect("writable");
     let error = session.png(0).expect_err("another size").to_string();
-    assert!(error.contains("has 20x15 pixels now, not 40x30"), "{error}");
+    assert!(error.contains("has 20x18 pixels now, not 40x30"), "{error}");
 }
 
 #[test]
