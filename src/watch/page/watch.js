@@ -23,7 +23,7 @@ function patch(old, fresh) {
   }
   for (const { name, value } of fresh.attributes) if (old.getAttribute(name) !== value) old.setAttribute(name, value);
   for (const { name } of [...old.attributes]) {
-    const reader = false;
+    const reader = name === "open" && old.nodeName === "DETAILS";
     if (!reader && !fresh.hasAttribute(name)) old.removeAttribute(name);
   }
   patchChildren(old, fresh);
