@@ -6,7 +6,7 @@
 //! data ──> answers ──> Answers::of ─────┘      └──> JSON
 //! ```
 //!
-//! [`html`] is a pure function of the [`Report`], and a [`Run`] is cheap to make again from its folder, or from its
+//! [`html()`] is a pure function of the [`Report`], and a [`Run`] is cheap to make again from its folder, or from its
 //! records alone ([`Run::progress`]): so a run that still goes on can be shown by the same page, without what its data
 //! would have to be evaluated for.
 //!
