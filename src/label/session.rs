@@ -234,8 +234,12 @@ impl Session {
         }
         let mut store = self.store.lock().unwrap_or_else(PoisonError::into_inner);
         // They are known from the first mark on, for the marks alone would not tell them.
-        if store.columns().is_none() {
-            store.keep_columns(&self.columns)?;
+        if store.columns().is_none()
+            && let Err(error) = store.keep_columns(&self.columns)
+            // Another command may have been first.
+            && store.columns().is_none()
+        {
+            return Err(error);
         }
         let mut refused = Vec::new();
         let order = |name: &str| self.places.get(name).copied().unwrap_or(usize::MAX);

@@ -109,6 +109,11 @@ impl Browser {
         self.wait("document.body.dataset.ready === 'true'");
     }
 
+    /// Gives the window another size.
+    pub(crate) fn resize(&self, width: u32, height: u32) {
+        self.runtime.block_on(self.client.set_window_size(width, height)).expect("another size");
+    }
+
     /// Opens another window of the same browser, and goes on in it.
     pub(crate) fn open_another(&self, address: &str) {
         let window = self.runtime.block_on(self.client.new_window(false)).expect("another window");

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use crate::browser::{Browser, Screen, is_there};
 use crate::common::*;
+use crate::page::place;
 
 fn begin(more: &[&str]) -> Option<(tempfile::TempDir, Label, Browser)> {
     if !is_there() {
@@ -70,6 +71,21 @@ fn a_drag_in_a_zoomed_view_stays_under_the_pointer() {
     wheel(150);
     let moved = click(y);
     assert!((moved - first - rows(150)).abs() <= 1.0, "{moved} after {first}");
+}
+
+#[test]
+fn a_large_pixel_is_what_is_clicked_on() {
+    let Some((dir, _served, browser)) = begin(&["--columns", "80,"]) else { return };
+    browser.resize(1600, 1300);
+    browser.wait("document.getElementById('picture').clientHeight > 700");
+    // Anywhere in it: as the page says, the pixel itself where pixels are large.
+    for part in [0.2, 0.5, 0.8] {
+        browser.drag(&[place(&browser, 80.5, 50.0 + part)], false);
+        browser.wait_saved();
+        assert_eq!(only_row(&dir), 50.0, "{part}");
+        browser.keys(&["p", "Delete"]);
+        browser.wait_saved();
+    }
 }
 
 #[test]

@@ -12,7 +12,7 @@ fn label(dir: &tempfile::TempDir, image: u32, x: u32) -> Option<u32> {
 }
 
 /// Where a point of the image is in the window.
-fn place(browser: &Browser, x: f64, y: f64) -> (i64, i64) {
+pub(crate) fn place(browser: &Browser, x: f64, y: f64) -> (i64, i64) {
     let script = format!(
         "(() => {{ const box = document.getElementById('picture').getBoundingClientRect(); \
          const scale = Math.min((box.width - 16) / 160, (box.height - 30) / 120); \

@@ -129,6 +129,15 @@ fn marks_outlive_a_command_that_is_killed() {
 }
 
 #[test]
+fn the_help_says_who_sees_an_opened_address() {
+    let help =
+        Command::new(env!("CARGO_BIN_EXE_vsonar")).args(["label", "--help"]).output().expect("started");
+    let words = String::from_utf8(help.stdout).expect("UTF-8");
+    let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("other users of this machine can read it"), "{words}");
+}
+
+#[test]
 fn columns_outlive_a_command_with_one_mark() {
     for columns in [&[][..], &["--columns", "20,60,100"]] {
         let dir = images(3);
