@@ -77,7 +77,7 @@ Examples:
   vsonar label photos                           make labels of your own, in the browser
   vsonar eval runs/photos-seed-1/best.gp --data photos
   vsonar show runs/photos-seed-1/best.gp --data photos --out pictures
-  vsonar explain runs/photos-seed-1              what the program does, in readable form
+  vsonar explain runs/photos-seed-1             what the program does, in readable form
   vsonar report runs/photos-seed-1              all of it as one page
   vsonar run runs/photos-seed-1/best.gp --input photos    its answers to a camera's frames
   vsonar drive runs/photos-seed-1/best.gp       on a simulated robot, until it hits something

@@ -63,8 +63,9 @@ fn on_data_the_margins_count() {
     let text = place.ok(&["explain", "p.gp", "--data", "data"]);
     assert!(text.contains(&format!("stops {} of 24 cases", sweep["stopped"])), "{text}");
     // Without the only branch nothing is left but the answer 0.
-    let never =
-        report["contributions"].as_array().expect("a list").iter().find(|c| c["without"] == "never holds");
+    let tried = report["contributions"]["tried"].as_array().expect("a list");
+    let never = tried.iter().find(|c| c["without"] == "never holds");
+    assert_eq!(report["contributions"]["left_out"], 0);
     let zero = place_zero(&place);
     assert_eq!(never.expect("tried")["correct"], zero);
     // The trace ends where the first case's answer is.

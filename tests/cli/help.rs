@@ -200,7 +200,12 @@ fn other_stated_defaults_are_the_real_ones() {
     }
     let label = help(&["label"]);
     assert!(of_flag(&label, "--port").contains("[default: 0]"), "{label}");
-    assert!(of_flag(&label, "--columns").contains("[default: those that the table has, else 6]"), "{label}");
+    assert!(
+        of_flag(&label, "--columns").contains(
+            "[default: those last asked for in this folder, else those that its table has, else 6]"
+        ),
+        "{label}"
+    );
     let drive = help(&["drive"]);
     for (flag, value) in [("--world", "fmrb"), ("--runs", "5"), ("--columns", "12"), ("--minutes", "45")] {
         assert!(of_flag(&drive, flag).contains(&format!("[default: {value}]")), "{flag}: {drive}");
