@@ -222,6 +222,8 @@ mod tests {
         let below = |name: &str| dir.path().join(name);
         let found = folders(&[dir.path().to_path_buf(), below("alone")]).expect("runs");
         assert_eq!(found, [below("alone"), below("fold-1/seed-2"), below("fold-1/seed-10")]);
+        let same = folders(&[below("alone"), below("fold-1/../alone"), below("./alone")]).expect("a run");
+        assert_eq!(same, [below("alone")], "a run counts once, whatever it is called");
         let error = folders(&[below("empty")]).expect_err("no run");
         assert!(matches!(error, CliError::Failed(text) if text.contains("not a run folder")));
     }

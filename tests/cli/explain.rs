@@ -159,6 +159,8 @@ fn what_cannot_be_explained() {
         (&["p.gp", "--size", "8x8"], 2, "--size"),
         (&["p.gp", "--data", "data", "--size", "64x48"], 2, "--size"),
         (&["p.gp", "--data", "data", "--out", "p.gp"], 1, "is no folder"),
+        (&["p.gp", "--markdown", "p.gp"], 2, "p.gp: named twice, or the program itself"),
+        (&["p.gp", "--svg", "s", "--dot", "s"], 2, "s: named twice"),
     ] {
         let complaint = place.fails(code, &[&["explain"], arguments].concat());
         assert!(complaint.contains(said), "{arguments:?}: {complaint}");

@@ -154,6 +154,9 @@ fn no_more_pairs_than_settings() {
     ];
     let comparison = Comparison::of(&runs, &settings);
     assert_eq!((comparison.settings.len(), comparison.pairs.len(), comparison.part), (1, 0, None));
+    let mut apart = runs.clone();
+    apart[1].data_table.insert("data.folder.gap".into(), "8".into());
+    assert_eq!(Comparison::of(&apart, &settings).settings.len(), 2, "called the same, but cut otherwise");
     let paper = [settings[0].clone(), Settings { generations: 5, ..Settings::paper() }];
     let comparison = Comparison::of(&runs, &paper);
     assert_eq!(comparison.settings.len(), 2);
