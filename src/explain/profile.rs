@@ -9,6 +9,9 @@ use crate::dataset::Dataset;
 use crate::evolve::is_correct;
 use crate::statistics::Quartiles;
 
+/// Characters of a condition in a margin, at most.
+const CONDITION: usize = 40;
+
 /// What happened when a listing ran on a data set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Profile {
@@ -137,11 +140,18 @@ impl Profile {
         let (choices, stops) = (sweep.choice_sites(), sweep.stop_sites());
         let of = |site: &Site| &self.sweeps[number].sites[*site as usize];
         let mut parts = Vec::new();
-        if let Some(site) = line.sites.iter().find(|site| choices.contains(site)) {
+        let mut here = line.sites.iter().filter(|site| choices.contains(site));
+        if let Some(site) = here.next() {
             parts.push(match of(site).share() {
                 Some(share) => format!("{:>6} | {:>6}", percent(share), percent(1.0 - share)),
                 None => "never come to".to_string(),
             });
+            // Choices inside of what the line computes, by their conditions.
+            parts.extend(here.map(|site| {
+                let condition = sweep.condition(*site).unwrap_or_default();
+                let share = of(site).share().map_or_else(|| "never come to".to_string(), percent);
+                format!("{}: {share}", cut(&condition))
+            }));
         } else if let [site] = line.sites[..]
             && !stops.contains(&site)
         {
@@ -154,6 +164,14 @@ impl Profile {
             parts.push(format!("stops {} of {} cases{at}", of(site).held, self.cases));
         }
         parts.join("   ")
+    }
+}
+
+/// A condition as it fits beside a line.
+fn cut(condition: &str) -> String {
+    match condition.chars().count() {
+        n if n > CONDITION => condition.chars().take(CONDITION - 1).chain(['…']).collect(),
+        _ => condition.to_string(),
     }
 }
 
@@ -230,7 +248,7 @@ mod tests {
         assert_eq!(margin(3), " 6.5 % | 93.5 %");
         assert_eq!(margin(4), "2 ×");
         assert_eq!(margin(5), "stops 2 of 3 cases, mostly at position 8 to 8");
-        assert_eq!(margin(6), " 6.9 % | 93.1 %");
+        assert_eq!(margin(6), " 6.9 % | 93.1 %   b > 0: 50.0 %");
     }
 
     #[test]

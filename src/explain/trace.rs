@@ -44,6 +44,9 @@ pub struct SweepTrace {
     pub registers: Vec<&'static str>,
     /// The lines of the listing that choose, counted from 1, as [`TracePosition::branches`] has them.
     pub lines: Vec<usize>,
+    /// What these choices are called: the line's number, and, where a line chooses more than once, a letter; `a` is for
+    /// the first in the margin.
+    pub choices: Vec<String>,
     /// The positions in the order of the sweep.
     pub positions: Vec<TracePosition>,
 }
@@ -116,6 +119,15 @@ impl Trace {
                 let on = |l: &super::print::Line| l.sweep == Some(number) && l.sites.contains(site);
                 lines.iter().position(on).map_or(0, |i| i + 1)
             };
+            let called = |site: &Site| {
+                let line = line_of(site);
+                let all = line.checked_sub(1).map_or(&[][..], |i| &lines[i].sites);
+                let all: Vec<&Site> = all.iter().filter(|site| choices.contains(site)).collect();
+                match all.iter().position(|there| *there == site) {
+                    Some(i) if all.len() > 1 => format!("{line}{}", char::from(b'a' + i.min(25) as u8)),
+                    _ => line.to_string(),
+                }
+            };
             let stored: Vec<u8> = (0..5).filter(|&k| sweep.registers()[0][usize::from(k)]).collect();
             let operands = sweep.operands();
             traces.push(SweepTrace {
@@ -125,6 +137,7 @@ impl Trace {
                 operators: operands.iter().map(|o| o.name()).collect(),
                 registers: stored.iter().map(|&k| REGISTER_NAMES[usize::from(k)]).collect(),
                 lines: choices.iter().map(line_of).collect(),
+                choices: choices.iter().map(called).collect(),
                 positions: Vec::new(),
             });
             sweeps.push(Watched { sweep, operands, registers: stored, choices });
@@ -210,7 +223,7 @@ impl SweepTrace {
         let mut row = vec![at.y.to_string()];
         row.extend(at.averages.iter().chain(&at.registers).map(|&value| short(value)));
         let mut taken: Vec<String> = self
-            .lines
+            .choices
             .iter()
             .zip(&at.branches)
             .filter_map(|(line, held)| held.map(|held| format!("{line} {}", if held { "yes" } else { "no" })))

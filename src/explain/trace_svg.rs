@@ -55,8 +55,8 @@ pub fn trace_svg(trace: &Trace, image: &GrayImage) -> Result<String, image::Imag
             field(x, i + sweep.operators.len(), name, "memory", sweep, &values, scale, h, &mut out);
             x += FIELD + GAP;
         }
-        for (i, line) in sweep.lines.iter().enumerate() {
-            strip(x, *line, sweep, i, scale, h, &mut out);
+        for (i, choice) in sweep.choices.iter().enumerate() {
+            strip(x, choice, sweep, i, scale, h, &mut out);
             x += STRIP + 8.0;
         }
         let _ = writeln!(out, "<text x=\"{from:.1}\" y=\"22\">{} tree</text>", sweep.tree);
@@ -81,12 +81,13 @@ pub fn trace_svg(trace: &Trace, image: &GrayImage) -> Result<String, image::Imag
         );
     }
     if marks.len() == 1 {
-        let text = format!("answer {}: outside the image", short(trace.answer));
+        let why = if answer.is_finite() { "outside the image" } else { "no row" };
+        let text = format!("answer {}: {why}", short(trace.answer));
         let x = MARGIN + 110.0;
         let _ = writeln!(out, "<text class=\"answer\" x=\"{x}\" y=\"{below:.1}\">{}</text>", escape(&text));
     }
     let legend =
-        "Yellow: where the window went. Strips: dark where the condition in that line of the listing held.";
+        "Yellow: where the window went. Strips: filled where the condition in that line of the listing held.";
     let _ = writeln!(out, "<text class=\"small\" x=\"{MARGIN}\" y=\"{:.1}\">{legend}</text>", below + 18.0);
     Ok(frame(total, below + 18.0 + MARGIN, &format!("Trace of {}", trace.image), &out))
 }
@@ -165,11 +166,11 @@ fn field(
 }
 
 /// Where the condition of a line held.
-fn strip(x: f64, line: usize, sweep: &SweepTrace, choice: usize, scale: f64, height: f64, out: &mut String) {
+fn strip(x: f64, name: &str, sweep: &SweepTrace, choice: usize, scale: f64, height: f64, out: &mut String) {
     let _ = writeln!(
         out,
         "<rect class=\"faint\" x=\"{x:.1}\" y=\"{HEAD}\" width=\"{STRIP}\" height=\"{height:.1}\"/>\
-         <text class=\"small\" x=\"{x:.1}\" y=\"{}\">{line}</text>",
+         <text class=\"small\" x=\"{x:.1}\" y=\"{}\">{name}</text>",
         HEAD - 4.0
     );
     for at in sweep.positions.iter().filter(|at| at.branches[choice] == Some(true)) {
