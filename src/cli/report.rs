@@ -1,6 +1,6 @@
 //! `vsonar report`: all of a run, or of several, as one HTML page.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -96,6 +96,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 /// The run folders that are meant: each that is given, or those in it.
 fn folders(given: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
     let mut all: Vec<PathBuf> = Vec::new();
+    let mut known = BTreeSet::new();
     for path in given {
         let mut found = Vec::new();
         below(path, LEVELS, &mut found)?;
@@ -104,11 +105,8 @@ fn folders(given: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
         }
         // The same folder by another name is no other run.
         let real = |folder: &PathBuf| fs::canonicalize(folder).unwrap_or_else(|_| folder.clone());
-        for folder in found {
-            if all.iter().all(|there| real(there) != real(&folder)) {
-                all.push(folder);
-            }
-        }
+        found.retain(|folder| known.insert(real(folder)));
+        all.extend(found);
     }
     Ok(all)
 }
