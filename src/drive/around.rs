@@ -48,7 +48,8 @@ impl Around {
     }
 
     /// Takes in what the sensor, so far ahead of the body's centre and with such a view, sees, and forgets what is out of
-    /// date: a point in view after `fresh` seconds, another after `memory`.
+    /// date: a point in view after `fresh` seconds, another after `memory`. What hides behind an obstacle that is seen now
+    /// is not in view.
     pub(super) fn seen(
         &mut self,
         readings: &[Reading],
@@ -57,7 +58,8 @@ impl Around {
         far: f64,
     ) {
         self.points.retain(|point| {
-            let most = if view.holds(point.x - ahead, point.y) { fresh } else { memory };
+            let (x, y) = (point.x - ahead, point.y);
+            let most = if view.holds(x, y) && !hidden(x, y, readings) { fresh } else { memory };
             point.age <= most && libm::hypot(point.x, point.y) < far
         });
         for reading in readings {
@@ -102,6 +104,24 @@ impl Around {
     }
 }
 
+/// Whether a place so far ahead of the sensor and to its left is behind the obstacles of the readings on either side of it.
+/// Between an obstacle and what is free it is in view: thin things hide little.
+fn hidden(x: f64, y: f64, readings: &[Reading]) -> bool {
+    let (bearing, distance) = (libm::atan2(y, x), libm::hypot(x, y));
+    let side = |left: bool| {
+        let of = readings.iter().filter(|reading| (reading.bearing >= bearing) == left);
+        of.min_by(|a, b| (a.bearing - bearing).abs().total_cmp(&(b.bearing - bearing).abs()))
+    };
+    let before = |reading: &Reading| matches!(reading.reach, Reach::Obstacle(o) if o + BEHIND < distance);
+    match (side(true), side(false)) {
+        (Some(left), Some(right)) => before(left) && before(right),
+        (Some(only), None) | (None, Some(only)) => before(only),
+        (None, None) => false,
+    }
+}
+
+/// How far behind an obstacle, in metres, something else begins.
+const BEHIND: f64 = 0.1;
 /// How much nearer the body may come to a point within its margin: what rounding and noise make of nothing.
 const SLACK: f64 = 0.003;
 /// How much of an arc counts for what is beside it, in metres.
@@ -218,6 +238,29 @@ mod tests {
             around.seen(&free, (0.28, &FAN), (0.3, 3.0), 3.0);
             assert!(around.points.is_empty());
         }
+    }
+
+    #[test]
+    fn what_hides_behind_something_is_remembered() {
+        let read = |reaches: [Reach; 3]| {
+            let readings = [-0.3, 0.0, 0.3].into_iter().zip(reaches);
+            readings.map(|(bearing, reach)| Reading { bearing, reach }).collect::<Vec<_>>()
+        };
+        let (near, free) = (Reach::Obstacle(0.5), Reach::Free(3.0));
+        // a point 1 m ahead and a little to the left of the middle column
+        for (reaches, kept) in [
+            ([free, near, near], true),
+            ([near, near, free], false),
+            ([near, free, near], false),
+            ([free, Reach::Obstacle(0.95), Reach::Obstacle(0.95)], false),
+        ] {
+            let mut around = Around { points: vec![Point { x: 1.28, y: 0.1, age: 1.0 }] };
+            around.seen(&read(reaches), (0.28, &FAN), (0.5, 4.0), 3.0);
+            assert_eq!(around.points.iter().any(|p| p.age == 1.0), kept, "{reaches:?}");
+        }
+        // beyond the outermost reading that one counts
+        assert!(hidden(0.9, 0.4, &read([free, free, near])) && !hidden(0.9, 0.4, &read([near, near, free])));
+        assert!(!hidden(1.0, 0.0, &[]));
     }
 
     /// What a camera's columns 13, 160 and 306 say, of the office's camera, when these are their rows.

@@ -10,7 +10,7 @@ use super::robot::{Body, Robot, add};
 use super::source::{RangeSource, Rows, Sight};
 use super::wander::{self, Wander};
 use crate::detector::{DetectError, Motion};
-use crate::world::office::{CAMERA_AHEAD, FRAME_RATE, Moment, Nearest, Office, Place, Thing};
+use crate::world::office::{FRAME_RATE, Moment, Office, Place, Thing};
 
 /// Steps of the wheels between two frames: 50 a second.
 const STEPS: u32 = 5;
@@ -64,7 +64,7 @@ pub struct Hit {
     pub thing: Thing,
     /// Where it was touched.
     pub point: (f64, f64),
-    /// Whether this was in the picture and not hidden within the last second.
+    /// Whether the picture showed it there within the last second (see [`Moment::shows`]).
     pub in_view: bool,
     /// Whether it was somebody who walked into a robot that stood still or turned in place. It is a collision all the
     /// same.
@@ -203,7 +203,7 @@ pub fn drive(
                 let hit = Hit {
                     thing,
                     point: nearest.point,
-                    in_view: odometer.recent.iter().any(|seen| in_view(office, seen, thing, &nearest)),
+                    in_view: odometer.recent.iter().any(|(then, place)| then.shows(place, &nearest)),
                     walked_into: thing == Thing::Person && speed.forward.abs() < STANDING,
                 };
                 odometer.path.push((place.x, place.y));
@@ -226,30 +226,6 @@ pub fn drive(
 fn squares(path: &[(f64, f64)]) -> usize {
     let square = |&(x, y): &(f64, f64)| (x.floor() as i64, y.floor() as i64);
     path.iter().map(square).collect::<BTreeSet<_>>().len()
-}
-
-/// Whether what was touched was in the picture taken at a time from a place. Somebody is looked for where he was then.
-fn in_view(office: &Office, (moment, place): &(Moment<'_>, Place), thing: Thing, touched: &Nearest) -> bool {
-    let (sin, cos) = libm::sincos(place.heading);
-    let (x, y) = (place.x + cos * CAMERA_AHEAD, place.y + sin * CAMERA_AHEAD);
-    let mut point = touched.point;
-    if thing == Thing::Person {
-        let away = |&(px, py, radius): &(f64, f64, f64)| libm::hypot(px - point.0, py - point.1) - radius;
-        let people = moment.people();
-        if let Some(&(px, py, radius)) = people.iter().min_by(|a, b| away(a).total_cmp(&away(b))) {
-            // The point of him that is nearest to the camera.
-            let distance = libm::hypot(px - x, py - y).max(1e-9);
-            point = (px + (x - px) * radius / distance, py + (y - py) * radius / distance);
-        }
-    }
-    let (dx, dy) = (point.0 - x, point.1 - y);
-    let (ahead, left) = (cos * dx + sin * dy, cos * dy - sin * dx);
-    let (width, height) = office.size();
-    let Some((column, row)) = office.camera().project((width, height), ahead, left) else { return false };
-    let inside = |at: f64, size: u32| (-0.5..f64::from(size) - 0.5).contains(&at);
-    let distance = libm::hypot(dx, dy);
-    let free = moment.range(x, y, libm::atan2(dy, dx), distance);
-    inside(column, width) && inside(row, height) && free > distance - 0.03
 }
 
 /// The way so far.
@@ -288,120 +264,5 @@ impl<'a> Odometer<'a> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::drive::wander::{Reach, Reading, View};
-    use crate::world::office::Kind;
-
-    /// Says the same all the time.
-    struct Fixed(Reach);
-
-    impl RangeSource for Fixed {
-        fn ahead(&self) -> f64 {
-            0.0
-        }
-
-        fn sees(&self) -> bool {
-            false
-        }
-
-        fn view(&self) -> View {
-            View::Fan { half_angle: 0.4, farthest: 5.0 }
-        }
-
-        fn restart(&mut self, _: u64) {}
-
-        fn readings(&mut self, _: &Sight<'_>, readings: &mut Vec<Reading>) -> Result<(), DetectError> {
-            readings.clear();
-            readings.extend([-0.4, 0.0, 0.4].map(|bearing| Reading { bearing, reach: self.0 }));
-            Ok(())
-        }
-
-        fn rows(&self) -> Option<&Rows> {
-            None
-        }
-    }
-
-    fn driven(reach: Reach, seconds: f64) -> Run {
-        let office = Office::new(Kind::Fmrb, 1);
-        let settings = Settings { seconds, ..Settings::default() };
-        let run = drive(&office, &mut Fixed(reach), &settings, 2, &AtomicBool::new(false), |_| Ok(()));
-        run.expect("nothing is detected").expect("nobody stops it")
-    }
-
-    #[test]
-    fn the_blind_hit_walls_where_their_body_touches_them() {
-        let run = driven(Reach::Free(5.0), 600.0);
-        let hit = run.hit.expect("it sees nothing");
-        assert_eq!(run.end, End::Collision);
-        assert!(!hit.walked_into && run.metres > 0.2 && run.seconds < 300.0, "{run:?}");
-        let office = Office::new(Kind::Fmrb, 1);
-        let &(x, y) = run.path.last().expect("it has been somewhere");
-        let nearest = office.at(run.seconds).nearest(x, y, 1.0);
-        // It went on for at most a step after the touch.
-        assert!(nearest.distance < 0.24 && nearest.distance > 0.24 - 0.3 / 50.0 - 1e-9, "{nearest:?}");
-        let way: f64 = run.path.windows(2).map(|w| libm::hypot(w[1].0 - w[0].0, w[1].1 - w[0].1)).sum();
-        assert!((way / run.metres - 1.0).abs() < 0.02, "{way} {}", run.metres);
-    }
-
-    #[test]
-    fn who_sees_walls_everywhere_is_stuck_and_who_knows_nothing_stands_still() {
-        for (reach, turning) in [(Reach::Obstacle(0.3), 0.9..=1.0), (Reach::Unknown, 0.0..=0.0)] {
-            let run = driven(reach, 600.0);
-            assert_eq!((run.end, run.hit), (End::Stuck, None));
-            assert_eq!((run.seconds, run.metres), (60.0, 0.0));
-            assert!(turning.contains(&run.turning), "{run:?}");
-        }
-    }
-
-    #[test]
-    fn time_is_over_and_ctrl_c_is_heard() {
-        let run = driven(Reach::Unknown, 3.0);
-        assert_eq!((run.end, run.seconds), (End::Limit, 3.0));
-        let run = driven(Reach::Free(5.0), 1.7);
-        assert_eq!((run.end, run.path.len()), (End::Limit, 5), "twice a second, and where it was at the end");
-        let way: f64 = run.path.windows(2).map(|w| libm::hypot(w[1].0 - w[0].0, w[1].1 - w[0].1)).sum();
-        assert!((way / run.metres - 1.0).abs() < 0.02, "{way} {}", run.metres);
-        let office = Office::new(Kind::Fmrb, 1);
-        let stopped = drive(
-            &office,
-            &mut Fixed(Reach::Unknown),
-            &Settings::default(),
-            0,
-            &AtomicBool::new(true),
-            |_| Ok(()),
-        );
-        assert!(stopped.expect("nothing fails").is_none());
-    }
-
-    #[test]
-    fn what_was_touched_is_in_view_from_where_it_can_be_seen() {
-        let office = Office::new(Kind::Fmrb, 1);
-        let place = office.start(0);
-        let moment = office.at(0.0);
-        let (sin, cos) = libm::sincos(place.heading);
-        let eye = (place.x + cos * CAMERA_AHEAD, place.y + sin * CAMERA_AHEAD);
-        let wall = |direction: f64| {
-            let distance = moment.range(eye.0, eye.1, direction, 20.0);
-            let (sin, cos) = libm::sincos(direction);
-            (distance, (eye.0 + cos * distance, eye.1 + sin * distance))
-        };
-        // The camera sees the floor 0.03 m to 3.2 m ahead.
-        let near = |i: &i32| wall(place.heading + 0.1 * f64::from(*i)).0 < 2.5;
-        let turn = (0..63).find(near).expect("a wall is near somewhere");
-        let facing = Place { heading: place.heading + 0.1 * f64::from(turn), ..place };
-        let (sin, cos) = libm::sincos(facing.heading);
-        let lens = (place.x + cos * CAMERA_AHEAD, place.y + sin * CAMERA_AHEAD);
-        let distance = moment.range(lens.0, lens.1, facing.heading, 20.0);
-        let seen = |point, place| {
-            let nearest = Nearest { distance: 0.24, thing: Some(Thing::Wall), point };
-            in_view(&office, &(moment.clone(), place), Thing::Wall, &nearest)
-        };
-        let at = |distance: f64| (lens.0 + cos * distance, lens.1 + sin * distance);
-        assert!(seen(at(distance), facing));
-        assert!(!seen(at(distance + 0.2), facing), "behind the wall");
-        assert!(!seen(at(-0.5), facing), "behind the robot");
-        let away = Place { heading: facing.heading + 3.0, ..facing };
-        assert!(!seen(at(distance), away), "it looks the other way");
-    }
-}
+#[path = "run_tests.rs"]
+mod tests;

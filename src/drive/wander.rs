@@ -17,7 +17,8 @@
 //!
 //! The nearest that a camera sees is ahead of the body, not beside it. So the controller remembers for some seconds where
 //! it has seen obstacles, moves them by the wheels' odometry, and does not turn into what it is passing. What is in view
-//! is believed to be as it was seen last, with a little persistence: thin things may stand between two columns.
+//! and not hidden is believed to be as it was seen last, with a little persistence: thin things may stand between two
+//! columns.
 //!
 //! Nothing in here knows of images or of a simulation: a real robot calls [`Wander::steer`] with the ranges of a
 //! detector (those of [`crate::camera::ground::Ground::locate`], or what a detector exported by `vsonar export` gives)

@@ -16,8 +16,8 @@
 //! ```
 //!
 //! The parts: `plan` (text form and generator), `part` (pieces of things), `space` (what rays meet), `people`, `light`,
-//! `carpet`, `rig` (the camera's rays), `sight` (one look), `shadow` (the robot's own), `grabber`, `wander` and `record`
-//! (data sets).
+//! `carpet`, `rig` (the camera's rays), `sight` (one look), `paint` (surfaces), `shadow` (the robot's own), `grabber`,
+//! `wander` and `record` (data sets).
 
 use std::sync::Arc;
 
@@ -35,6 +35,7 @@ use space::Space;
 mod carpet;
 mod grabber;
 mod light;
+mod paint;
 mod part;
 mod people;
 mod plan;
@@ -420,6 +421,15 @@ impl Moment<'_> {
     /// Whether each pixel of that picture, row by row, shows floor.
     pub fn floor(&self, place: &Place) -> Vec<bool> {
         self.sight(place).floor()
+    }
+
+    /// Whether the picture that the robot takes from a place shows what its body touches somewhat later: the thing within
+    /// 5 cm of where it is touched, up to [`BODY_HEIGHT`], and not hidden. Somebody is looked for where he is at this
+    /// moment.
+    pub fn shows(&self, place: &Place, touched: &Nearest) -> bool {
+        let somebody = touched.person.and_then(|i| self.people.get(i));
+        let point = somebody.map_or(touched.point, |who| (who.x, who.y));
+        self.sight(place).shows(&Nearest { point, ..*touched })
     }
 
     fn sight(&self, place: &Place) -> Sight<'_> {

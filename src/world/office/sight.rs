@@ -1,15 +1,15 @@
 //! One look: which objects each part of the picture can meet, what its rays meet, and the light they bring.
 
 use super::light::AMBIENT;
-use super::part::{Beam, Part, Pattern, Thing};
-use super::people::Standing;
-use super::plan::ItemKind;
-use super::plan::{Light, OpeningKind};
+use super::paint::{mirrored, paint};
+use super::part::{Beam, Part, Thing};
+use super::people::{RADIUS, Standing};
+use super::plan::Light;
 use super::rig::{Eye, Rig};
 use super::shadow::OwnShadow;
-use super::space::{Leaf, Object};
+use super::space::{BODY_HEIGHT, Nearest, Object};
 use super::{Moment, Office, Place};
-use crate::world::geometry::{Vec3, Wall};
+use crate::world::geometry::Vec3;
 
 /// Pixels between the points at which the robot's shadow is computed.
 const LATTICE: usize = 4;
@@ -18,6 +18,8 @@ const LATTICE: usize = 4;
 const PANEL: f32 = 6.0;
 const CEILING: f32 = 0.7;
 const UPWARDS: f32 = 0.25;
+/// How far from the point that was touched a thing still is what was touched, in metres.
+const TOUCHED: f64 = 0.05;
 
 /// What the camera sees from a place at a time.
 pub(super) struct Sight<'a> {
@@ -114,6 +116,27 @@ impl<'a> Sight<'a> {
         let (width, height) = (self.office.rig.width, self.office.rig.height);
         let is_floor = |k: usize| self.meet(k % width, k / width).is_floor();
         (0..width * height).map(is_floor).collect()
+    }
+
+    /// Whether a pixel shows what touched the robot's body: the thing within [`TOUCHED`] of the point that was touched,
+    /// and no higher than the body; of somebody anything up to that height, for he moves.
+    pub(super) fn shows(&self, touched: &Nearest) -> bool {
+        let Some(thing) = touched.thing else { return false };
+        let (width, height) = (self.office.rig.width, self.office.rig.height);
+        // from below, where what is near is
+        (0..width * height).rev().any(|k| {
+            let met = self.meet(k % width, k / width);
+            let Some(object) = met.object else { return false };
+            let of = match object {
+                Object::Wall(_) => Thing::Wall,
+                Object::Part(i) => self.office.space.parts[i].thing,
+                Object::Walker(_) => Thing::Person,
+            };
+            let p = met.beam.o + met.beam.d * met.distance;
+            let reach = if thing == Thing::Person { RADIUS } else { TOUCHED };
+            let (dx, dy) = (p.x - touched.point.0, p.y - touched.point.1);
+            of == thing && p.z <= BODY_HEIGHT && dx * dx + dy * dy <= reach * reach
+        })
     }
 
     /// The light at some pixels, vignetting included: the mean of the roots, as the exposure meter has it.
@@ -293,93 +316,68 @@ impl<'a> Sight<'a> {
     }
 }
 
-/// The place as far before a wall as another is behind it.
-fn mirrored(wall: &Wall, x: f64, y: f64) -> (f64, f64) {
-    if wall.along_y { (2.0 * wall.at - x, y) } else { (x, 2.0 * wall.at - y) }
-}
+#[cfg(test)]
+mod tests {
+    use super::super::{CAMERA_AHEAD, Office, Setup};
+    use super::*;
+    use crate::world::office::Plan;
 
-/// Albedo and gloss of a wall so far along its axis and at this height.
-fn paint(openings: &[Leaf], looks: &super::Looks, along: f64, z: f64) -> (f32, f32) {
-    for opening in openings {
-        let middle = opening.along;
-        let inner = opening.width / 2.0 - (along - middle).abs();
-        let albedo = opening.albedo;
-        match opening.kind {
-            OpeningKind::Door => {
-                let inner = inner.min(2.05 - z);
-                // a frame, a dark gap, the leaf with its handle
-                let handle =
-                    (z - 1.0).abs() < 0.03 && (along - middle - opening.width / 2.0 + 0.12).abs() < 0.06;
-                match inner {
-                    i if i < -0.06 => continue,
-                    i if i < 0.0 => return (albedo * 0.6 + 0.1, 0.5 * looks.gloss),
-                    i if i < 0.012 || z < 0.012 => return (0.02, 0.0),
-                    _ if handle => return (0.7, 0.0),
-                    _ => return (albedo, 0.6 * looks.gloss),
-                }
-            }
-            OpeningKind::Glass => match inner {
-                i if i < -0.05 => continue,
-                i if i < 0.0 || z < 0.06 => return (0.12, 0.0),
-                // glass mirrors well before what is dark behind it
-                _ => return (albedo, 0.8),
-            },
-        }
+    /// A hall of 8 m x 4 m with more lines of a plan in it.
+    fn hall(more: &str) -> Office {
+        let text = format!("plan 1\nroom 0 8 0 4\nlight 4 2 1.2 0.3 1\n{more}\n");
+        let plan: Plan = text.parse().expect("a plan");
+        Office::build(&plan, &Setup::default(), 1).expect("it is built")
     }
-    if z < looks.skirting_height {
-        // its upper edge catches the light
-        let edge = z > looks.skirting_height - 0.012;
-        return (if edge { looks.skirting * 1.8 } else { looks.skirting }, 0.3 * looks.gloss);
-    }
-    (looks.wall, looks.gloss)
-}
 
-impl Office {
-    /// Albedo of a part at a point of its surface.
-    fn finish(&self, part: &Part, p: Vec3, n: Vec3) -> f32 {
-        let z = (p.z - part.low) / (part.high - part.low);
-        let bounds = part.bounds();
-        let factor = match part.pattern {
-            Pattern::Taped if n.z > 0.0 => {
-                let middle = (bounds.y.0 + bounds.y.1) / 2.0;
-                if (p.y - middle).abs() < 0.03 { 1.3 } else { 1.08 }
-            }
-            Pattern::Taped if (0.44..0.52).contains(&z) => 1.25,
-            Pattern::Drawers if n.z == 0.0 => {
-                let drawer = z * 3.0 - (z * 3.0).floor();
-                let along = if n.x == 0.0 {
-                    p.x - (bounds.x.0 + bounds.x.1) / 2.0
-                } else {
-                    p.y - (bounds.y.0 + bounds.y.1) / 2.0
-                };
-                match drawer {
-                    d if d < 0.04 => 0.35,
-                    d if (0.45..0.55).contains(&d) && along.abs() < 0.07 => 1.7,
-                    _ => 1.0,
-                }
-            }
-            // a bin is open
-            Pattern::Rimmed if n.z > 0.0 => {
-                let (dx, dy) = (p.x - (bounds.x.0 + bounds.x.1) / 2.0, p.y - (bounds.y.0 + bounds.y.1) / 2.0);
-                let inner = 0.42 * (bounds.x.1 - bounds.x.0);
-                if dx * dx + dy * dy < inner * inner && part.thing == Thing::Item(ItemKind::Bin) {
-                    0.3
-                } else {
-                    1.8
-                }
-            }
-            Pattern::Rimmed if z > 0.9 => 1.8,
-            Pattern::Footed if p.z < 0.08 => 0.3,
-            Pattern::Wood => {
-                let vein = crate::world::noise::smooth(self.looks.seed, p.x * 3.0, p.y * 40.0) as f32;
-                if n.z > 0.0 { 0.9 + 0.2 * vein } else { 0.5 }
-            }
-            Pattern::Leaves => {
-                let spots = crate::world::noise::smooth(self.looks.seed, p.x * 25.0 + p.z * 19.0, p.y * 25.0);
-                0.3 + 1.5 * (spots * spots) as f32
-            }
-            _ => 1.0,
-        };
-        (part.albedo as f32 * factor).min(0.95)
+    /// Whether a robot whose lens is at a place and looks along x sees what it touches at the point `at`.
+    fn sees(office: &Office, lens: (f64, f64), at: (f64, f64)) -> bool {
+        let place = Place { x: lens.0 - CAMERA_AHEAD, y: lens.1, heading: 0.0 };
+        let moment = office.at(0.0);
+        let touched = moment.nearest(at.0, at.1, 0.02);
+        assert!(touched.thing.is_some(), "nothing is at {at:?}");
+        moment.shows(&place, &touched)
+    }
+
+    #[test]
+    fn walls_are_seen_before_the_camera_and_not_beside_or_behind_it() {
+        let office = hall("");
+        assert!(sees(&office, (6.0, 2.0), (8.0, 2.0)) && sees(&office, (6.0, 2.0), (8.0, 3.0)));
+        assert!(!sees(&office, (6.0, 2.0), (6.0, 4.0)) && !sees(&office, (6.0, 2.0), (0.0, 2.0)));
+        assert!(!sees(&office, (1.0, 2.0), (8.0, 2.0)), "too far: it looks down");
+        // 0.05 m ahead: its foot is below the picture, but what stands on it is not
+        assert!(sees(&office, (7.95, 2.0), (8.0, 2.0)));
+    }
+
+    #[test]
+    fn what_hides_behind_something_is_not_seen() {
+        let office = hall("box 5 2 0.6 1.4 1.5 0.4\nbin 6 2 0.3 0.3 0.4 0.2");
+        assert!(!sees(&office, (4.0, 2.0), (5.85, 2.0)), "behind a box");
+        assert!(sees(&office, (4.0, 2.0), (4.7, 2.0)));
+        assert!(!sees(&office, (4.0, 2.0), (5.3, 2.0)), "the far side of the box");
+    }
+
+    #[test]
+    fn the_edge_of_a_table_is_seen_where_it_is_and_not_where_it_would_be_on_the_floor() {
+        let office = hall("table 5 2 1.0 1.0 0.7 0.4");
+        // the lens is 0.8 m up, the top 0.7 m, and the picture begins 14 degrees below the horizon: beyond 0.4 m its edge is
+        // above the picture
+        assert!(sees(&office, (4.4, 2.0), (4.5, 2.0)));
+        assert!(!sees(&office, (3.9, 2.0), (4.5, 2.0)));
+        // the floor below the edge is in that picture
+        let place = Place { x: 3.9 - CAMERA_AHEAD, y: 2.0, heading: 0.0 };
+        let foot = office.camera().project(office.size(), 0.6, 0.0).expect("it is ahead");
+        assert!((0.0..240.0).contains(&foot.1), "{foot:?}");
+        assert!(office.at(0.0).label(&place, 160) < 240);
+    }
+
+    #[test]
+    fn somebody_is_looked_for_where_he_was() {
+        let office = hall("person 1 0.2 5 2 5 2.5\nperson 1 0.2 7 1 7 1.5");
+        let (now, place) = (office.at(0.0), Place { x: 3.5, y: 2.0, heading: 0.0 });
+        let later = office.at(0.5);
+        let touched = later.nearest(5.0, 2.5, 0.3);
+        assert_eq!((touched.thing, touched.person), (Some(Thing::Person), Some(0)));
+        assert!(now.shows(&place, &touched));
+        assert!(!now.shows(&Place { heading: 3.0, ..place }, &touched));
     }
 }

@@ -53,8 +53,10 @@ pub struct Nearest {
     pub distance: f64,
     /// What it is; nothing within the limit gives none.
     pub thing: Option<Thing>,
-    /// The point of it that is nearest.
+    /// The point of it that is nearest; of somebody his middle.
     pub point: (f64, f64),
+    /// Who it is if it is somebody: his place in [`Moment::people`](super::Moment::people).
+    pub person: Option<usize>,
 }
 
 impl Space {
@@ -162,23 +164,24 @@ impl Space {
 
     /// What is nearest to a point of the floor and in the way of the robot's body.
     pub(super) fn nearest(&self, walkers: &[Standing], x: f64, y: f64, limit: f64) -> Nearest {
-        let mut nearest = Nearest { distance: limit, thing: None, point: (x, y) };
-        let mut try_point = |thing, point: (f64, f64), less: f64| {
+        let mut nearest = Nearest { distance: limit, thing: None, point: (x, y), person: None };
+        let mut try_point = |thing, point: (f64, f64), person: Option<usize>| {
             let (dx, dy) = (point.0 - x, point.1 - y);
+            let less = if person.is_some() { RADIUS } else { 0.0 };
             let distance = ((dx * dx + dy * dy).sqrt() - less).max(0.0);
             if distance < nearest.distance {
-                nearest = Nearest { distance, thing: Some(thing), point };
+                nearest = Nearest { distance, thing: Some(thing), point, person };
             }
         };
         for wall in &self.walls {
             let along = if wall.along_y { y } else { x };
-            try_point(Thing::Wall, wall.foot(along.clamp(wall.span.0, wall.span.1)), 0.0);
+            try_point(Thing::Wall, wall.foot(along.clamp(wall.span.0, wall.span.1)), None);
         }
         for part in self.parts.iter().filter(|p| p.low < BODY_HEIGHT) {
-            try_point(part.thing, part.nearest_point(x, y), 0.0);
+            try_point(part.thing, part.nearest_point(x, y), None);
         }
-        for walker in walkers {
-            try_point(Thing::Person, (walker.x, walker.y), RADIUS);
+        for (i, walker) in walkers.iter().enumerate() {
+            try_point(Thing::Person, (walker.x, walker.y), Some(i));
         }
         nearest
     }
