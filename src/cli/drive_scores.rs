@@ -89,14 +89,10 @@ impl Sets {
             Sensor::Rival(tuned) => tuned.clone(),
             Sensor::Truth => return Ok(Some(Scores { training: 1.0, held_out: 1.0 })),
             Sensor::Sonar => return Ok(None),
-            Sensor::Flow(flow) => {
-                let share = |building| -> Result<f64, CliError> {
-                    let (set, answers) =
-                        flow.answers(self.recorded.world(), building, self.recorded.frames())?;
-                    Ok(self.share(&set, &answers))
-                };
-                let held_out = share(Some(self.recorded.holdout_building()))?;
-                return Ok(Some(Scores { training: share(None)?, held_out }));
+            Sensor::Flow { flow, training } => {
+                let building = Some(self.recorded.holdout_building());
+                let (set, answers) = flow.answers(self.recorded.world(), building, self.recorded.frames())?;
+                return Ok(Some(Scores { training: *training, held_out: self.share(&set, &answers) }));
             }
         };
         let mut share =
@@ -116,8 +112,8 @@ impl Sets {
     /// The rival that compares frames, tuned on the same pictures with the frames before them.
     pub(crate) fn flow(&self) -> Result<Sensor, CliError> {
         let (world, frames) = (self.recorded.world(), self.recorded.frames());
-        let (flow, _) = Flow::tune(world, frames, self.tuned_on.tolerance)?;
-        Ok(Sensor::Flow(flow))
+        let (flow, choice) = Flow::tune(world, frames, self.tuned_on.tolerance)?;
+        Ok(Sensor::Flow { flow, training: choice.correct as f64 / choice.cases.max(1) as f64 })
     }
 }
 

@@ -74,8 +74,9 @@ pub(crate) enum Sensor {
     Truth,
     /// A rival, tuned.
     Rival(Box<Tuned>),
-    /// The one that compares frames, tuned.
-    Flow(Flow),
+    /// The one that compares frames, tuned, and its share of right answers where it was: those pictures were recorded for
+    /// the tuning.
+    Flow { flow: Flow, training: f64 },
 }
 
 impl Sensor {
@@ -86,7 +87,7 @@ impl Sensor {
             Sensor::Sonar => Against::Sonar.name(),
             Sensor::Truth => Against::Truth.name(),
             Sensor::Rival(tuned) => tuned.rival().name(),
-            Sensor::Flow(..) => Against::Flow.name(),
+            Sensor::Flow { .. } => Against::Flow.name(),
         }
     }
 
@@ -94,7 +95,7 @@ impl Sensor {
     pub(crate) fn tuned(&self) -> Option<String> {
         match self {
             Sensor::Rival(tuned) => Some(tuned.describe()),
-            Sensor::Flow(flow) => Some(flow.describe()),
+            Sensor::Flow { flow, .. } => Some(flow.describe()),
             Sensor::Program(_) | Sensor::Sonar | Sensor::Truth => None,
         }
     }
@@ -116,7 +117,7 @@ impl Sensor {
             Sensor::Sonar => Box::new(Sonar::new(seed)),
             Sensor::Truth => Box::new(Camera::with_truth(office, columns)),
             Sensor::Rival(tuned) => Box::new(Camera::with(tuned.clone(), office, columns, median)),
-            Sensor::Flow(flow) => {
+            Sensor::Flow { flow, .. } => {
                 // It knows its camera, as all do whose rows become distances.
                 let flow = Flow { camera: office.camera(), size: office.size(), ..*flow };
                 Box::new(Camera::with(Box::new(FlowDetector::new(flow)), office, columns, median))

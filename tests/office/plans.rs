@@ -35,6 +35,10 @@ fn faults_name_their_line_and_a_remedy() {
     assert!(matches!(fault("room 20 400 0 300"), PlanError::TooLarge { .. }));
     assert!(matches!(fault(&"bin 1 0 0.3 0.3 0.4 0.1\n".repeat(501)), PlanError::TooMany { line: 503, .. }));
     assert!(matches!("x".repeat(2 << 20).parse::<Plan>(), Err(PlanError::TooLong { .. })));
+    let comb: String = (0..60)
+        .map(|i| format!("room 0 400 {} {}\n", 2.0 + 0.1 * f64::from(i), 2.02 + 0.1 * f64::from(i)))
+        .collect();
+    assert!(matches!(fault(&comb), PlanError::Length { .. }), "{:?}", fault(&comb));
     let stairs: String = (0..199)
         .map(|i| format!("room 0 {} 0 {}\n", 50.0 - 0.2 * f64::from(i), 1.0 + 0.2 * f64::from(i)))
         .collect();

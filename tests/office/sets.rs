@@ -147,17 +147,41 @@ fn is_visible(pixels: &image::GrayImage, x: u32, y: u32) -> bool {
     (mean(y.saturating_sub(9)..y + 1) - mean(y + 1..(y + 11).min(pixels.height()))).abs() >= 3.0
 }
 
+/// The labels inside the picture that it does not tell, and their share.
+fn hidden(set: &Dataset) -> (f64, Vec<(usize, u32, u32)>) {
+    let hidden = |case: &&vsonar::dataset::Case| {
+        (1..=238).contains(&case.y) && !is_visible(&set.images()[case.image].pixels, case.x, case.y)
+    };
+    let hidden: Vec<_> = set.cases().iter().filter(hidden).map(|c| (c.image, c.x, c.y)).collect();
+    (hidden.len() as f64 / set.cases().len() as f64, hidden)
+}
+
 #[test]
 fn labels_can_be_seen() {
     // the paper's were marked by a person: what a picture does not tell cannot be among them
-    let mut all = Vec::new();
-    for world in [World::Nsh, World::Fmrb, World::Combined] {
-        let set = world.training();
-        let hidden = |case: &&vsonar::dataset::Case| {
-            (1..=238).contains(&case.y) && !is_visible(&set.images()[case.image].pixels, case.x, case.y)
-        };
-        let hidden: Vec<_> = set.cases().iter().filter(hidden).map(|c| (c.image, c.x, c.y)).collect();
-        all.push((world, hidden.len() as f64 / set.cases().len() as f64, hidden));
+    let worlds = [World::Nsh, World::Fmrb, World::Combined];
+    let all = worlds.map(|world| (world, hidden(&world.training())));
+    assert!(all.iter().all(|(_, (share, _))| *share <= 0.03), "{all:?}");
+}
+
+#[test]
+fn what_cannot_be_seen_in_other_buildings_is_in_the_dark() {
+    for (building, changed) in [(1, false), (2, false), (3, false), (1, true)] {
+        let share = hidden(&World::Nsh.recorded(Some(building), changed, None).unwrap()).0;
+        assert!(share <= 0.03, "nsh {building} {changed}: {share}");
+        // How long a drive stays in the dark is left to chance there; the README states the shares. Elsewhere nothing
+        // hides.
+        let set = World::Fmrb.recorded(Some(building), changed, None).unwrap();
+        let (share, hidden) = hidden(&set);
+        assert!(share <= 0.125, "fmrb {building} {changed}: {share}");
+        let lit = hidden.iter().filter(|&&(image, x, y)| {
+            let rows = y.saturating_sub(9)..(y + 11).min(set.height());
+            let values = rows.map(|row| u32::from(set.images()[image].pixels.get_pixel(x, row).0[0]));
+            let (sum, count) = values.fold((0, 0), |(sum, count), value| (sum + value, count + 1));
+            // what is darker than 32 the digitizer does not tell apart
+            sum >= 32 * count
+        });
+        let lit = lit.count();
+        assert!(lit * 100 <= 3 * set.cases().len(), "fmrb {building} {changed}: {lit} in the light");
     }
-    assert!(all.iter().all(|(_, share, _)| *share <= 0.03), "{all:?}");
 }

@@ -322,3 +322,33 @@ fn every_other(first: Recording, second: Recording) -> Recording {
     }
     (Dataset::new("combined", images, cases).expect("two sound sets of one size are one"), kept)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::BODY;
+    use super::*;
+
+    #[test]
+    fn no_frame_of_a_recorded_drive_touches_anything_or_anybody() {
+        let small = Setup { width: 16, height: 16, columns: 1, ..Setup::default() };
+        let mut met = f64::INFINITY;
+        for (kind, seed) in [(Kind::Nsh, NSH_DRIVE), (Kind::Fmrb, FMRB_DRIVE), (Kind::Nsh, 1), (Kind::Nsh, 2)]
+        {
+            let preset = [NSH_DRIVE, FMRB_DRIVE].contains(&seed);
+            let plan = if preset { kind.plan() } else { Plan::generate(kind, seed, seed == 2) };
+            let office = Office::build(&plan, &small, if preset { 0 } else { seed }).expect("sound");
+            let (mut robot, mut crowd) = (Wanderer::new(office.start(0), seed), office.crowd());
+            for k in 0..kind.frames() * EVERY {
+                let place = *robot.place();
+                crowd.advance(k as f64 / FRAME_RATE, Some(&place));
+                let moment = crowd.moment();
+                let clear = moment.nearest(place.x, place.y, 9.0);
+                assert!(clear.distance > BODY, "{kind:?} {seed}, frame {k}: {clear:?}");
+                let away = |&(x, y, radius): &(f64, f64, f64)| libm::hypot(x - place.x, y - place.y) - radius;
+                met = moment.people().iter().map(away).fold(met, f64::min);
+                robot.step(&moment);
+            }
+        }
+        assert!(met < 1.0, "they meet: {met}");
+    }
+}

@@ -110,6 +110,16 @@ pub enum PlanError {
         /// The most that are built.
         most: usize,
     },
+    /// More wall than is lit in reasonable time and memory: rooms that are long and thin.
+    #[error(
+        "the walls around the rooms are {length:.0} m long; at most {most:.0} m are built: let rooms be wider, or fewer"
+    )]
+    Length {
+        /// How long they are together, in metres.
+        length: f64,
+        /// The most that is built.
+        most: f64,
+    },
     /// A door or pane that is on no wall.
     #[error("line {line}: no wall is within 10 cm of ({x}, {y}); give the middle of the opening, on a wall")]
     NoWall {

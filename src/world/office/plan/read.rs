@@ -14,6 +14,8 @@ const MANY: usize = 500;
 const FEW: usize = 32;
 /// The most walls around them.
 const WALLS: usize = 2000;
+/// Their length in metres: hallways 1.7 m wide of the largest area have 3,000.
+const LENGTH: f64 = 6000.0;
 /// The most floor that is built, in square metres: by the rooms, and by the rectangle around them.
 const AREA: f64 = 2500.0;
 const BOUNDS: f64 = 10_000.0;
@@ -234,6 +236,10 @@ impl Plan {
         let walls = outline(&self.rooms);
         if walls.len() > WALLS {
             return Err(PlanError::Walls { walls: walls.len(), most: WALLS });
+        }
+        let length = walls.iter().map(Wall::length).sum::<f64>();
+        if length > LENGTH {
+            return Err(PlanError::Length { length, most: LENGTH });
         }
         for (opening, &line) in self.openings.iter().zip(openings) {
             if opening.wall(&walls).is_none() {
