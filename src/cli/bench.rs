@@ -23,7 +23,7 @@ use super::executor::{Choice, with_stack};
 use super::memory::MemoryArgs;
 use super::output::{self, count};
 use super::settings::PresetName;
-use super::source::BUILDING;
+use super::source_made::BUILDING;
 use super::view::Style;
 use super::{CliError, interrupt};
 

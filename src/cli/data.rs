@@ -9,7 +9,7 @@ use vsonar::world::{Corridor, FRAMES};
 
 use super::output::{self, count, shell_word};
 use super::program::size;
-use super::{CliError, data_import, data_video, source};
+use super::{CliError, data_import, data_video, source_made};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -51,7 +51,7 @@ enum Command {
         /// The new folder; one that exists is left alone
         dir: PathBuf,
         /// Which building; each seed is another one
-        #[arg(long, value_name = "N", default_value_t = source::BUILDING)]
+        #[arg(long, value_name = "N", default_value_t = source_made::BUILDING)]
         seed: u64,
         /// How many images
         #[arg(long, value_name = "N", default_value_t = FRAMES)]

@@ -7,7 +7,8 @@ use vsonar::dataset::{self, ParsePartError, Unit};
 use vsonar::world::office::World;
 
 use super::CliError;
-use super::source::{Folder, Source, absolute};
+use super::source::{Source, absolute};
+use super::source_folder::Folder;
 
 /// The flags that say where the cases come from.
 #[derive(clap::Args, Clone)]

@@ -14,7 +14,8 @@ use super::CliError;
 use super::drive_sensor::Sensor;
 use super::eval_cases::run_of;
 use super::settings::SettingsFile;
-use super::source::{Recorded, Source};
+use super::source::Source;
+use super::source_made::Recorded;
 
 /// Which images, and what counts as correct.
 #[derive(Debug, Clone, Serialize)]

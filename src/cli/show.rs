@@ -20,7 +20,7 @@ use super::new_folder::NewFolder;
 use super::output::{self, count};
 use super::show_drawing::Drawing;
 use super::show_video::Video;
-use super::{CliError, eval, interrupt, source};
+use super::{CliError, eval, interrupt, source_made};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -104,7 +104,7 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
     let executor = args.executor.make()?;
     let mut set = match &args.data {
         Some(dir) => Dataset::load(dir)?,
-        None => World::Fmrb.elsewhere(source::other_office()),
+        None => World::Fmrb.elsewhere(source_made::other_office()),
     };
     if let Some(pattern) = &args.pattern {
         set = set.select(pattern)?;

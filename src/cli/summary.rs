@@ -11,7 +11,8 @@ use super::CliError;
 use super::cases::Cases;
 use super::output::{count, duration, from_here, percent, shell_flag, shell_word};
 use super::part::Part;
-use super::source::{self, Source};
+use super::source::Source;
+use super::source_parts;
 use super::table::Table;
 
 /// How the best program does on images and altered copies together.
@@ -210,7 +211,7 @@ pub(crate) fn next(
     folder: &Path,
 ) -> Vec<String> {
     let program = shell_word(&folder.join("best.gp"));
-    let flags = |part: &source::Part| {
+    let flags = |part: &source_parts::Part| {
         let mut flags = format!("--data {}", shell_word(&part.folder));
         part.pattern.iter().for_each(|glob| flags += &format!(" {}", shell_flag("--match", glob)));
         if settings.tolerance != TOLERANCE {
@@ -218,7 +219,7 @@ pub(crate) fn next(
         }
         flags
     };
-    let synth = |part: &source::Part, what: &str| {
+    let synth = |part: &source_parts::Part, what: &str| {
         part.synth.as_ref().map(|command| format!("{command}    # {what} as a folder"))
     };
     let parts = [

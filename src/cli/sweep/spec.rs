@@ -11,7 +11,9 @@ use toml::de::DeTable;
 use vsonar::evolve::Preset;
 
 use super::super::CliError;
-use super::super::source::{Folder, Recorded, Source, Synthetic};
+use super::super::source::Source;
+use super::super::source_folder::Folder;
+use super::super::source_made::{Recorded, Synthetic};
 use super::seeds;
 use super::settings::{self, Setting};
 
