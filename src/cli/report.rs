@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use indicatif::ProgressBar;
 use vsonar::evolve::{FolderError, Settings};
-use vsonar::report::page::{self, Comparison, Report, Run};
+use vsonar::report::page::{self, Comparison, Report, Run, picture_bytes};
 
 use super::CliError;
 use super::executor::{Choice, with_stack};
@@ -27,7 +27,7 @@ Examples:
   vsonar report runs/photos                                     all runs in a folder
 
 The page needs no network and no other file. It is light or dark as the reader's browser is. Of several runs it shows
-medians and quartiles, runs of the same settings together, and each run in brief.";
+medians and quartiles, runs of the same settings together, and each run with its errors and some pictures.";
 
 /// How deep below a folder runs are looked for.
 const LEVELS: u32 = 3;
@@ -154,7 +154,8 @@ fn report(args: &Args, folders: &[PathBuf], progress: &ProgressBar) -> Result<Re
         holdout: args.holdout.as_deref(),
         camera,
         rivals: !args.no_rivals && folders.len() == 1,
-        pictures: folders.len() == 1,
+        picture_bytes: picture_bytes(folders.len()),
+        explained: folders.len() == 1,
         executor: args.executor.make()?,
         memory: args.memory,
         progress,

@@ -12,7 +12,7 @@ use vsonar::explain::{ExplainError, Explanation};
 use vsonar::report::page::{Answers, Command, Compiled, Look, Part, ProgramText, Run, Score};
 use vsonar::tree::Individual;
 use vsonar::vision::strips::CaseSet;
-use vsonar::world::office::Setup;
+use vsonar::world::office::World;
 
 use super::against::{self, Comparison, Named};
 use super::cases::Cases;
@@ -31,7 +31,10 @@ pub(super) struct Wanted<'a> {
     /// The camera, if it is told.
     pub(super) camera: Option<Camera>,
     pub(super) rivals: bool,
-    pub(super) pictures: bool,
+    /// Bytes of the pictures of a run.
+    pub(super) picture_bytes: usize,
+    /// Whether the program is explained.
+    pub(super) explained: bool,
     pub(super) executor: Arc<dyn Executor>,
     pub(super) memory: MemoryArgs,
     pub(super) progress: &'a ProgressBar,
@@ -73,6 +76,11 @@ impl Data {
         settings: &Settings,
         wanted: &Wanted,
     ) -> Result<(), CliError> {
+        // Where the images are now, if they have moved.
+        let source = match wanted.data {
+            Some(dir) => source.with_folder(dir)?.ok_or_else(made)?,
+            None => source,
+        };
         if self.last.as_ref().is_none_or(|(last, _)| last != table) {
             wanted.progress.set_message(format!("{}: its data", printable(folder)));
             self.last = None;
@@ -93,11 +101,6 @@ impl Data {
             return Ok(());
         };
         let generations = run.records.len() as u32;
-        // Where the images are now, if they have moved.
-        let source = match wanted.data {
-            Some(dir) => source.clone().with_folder(dir)?.unwrap_or(source),
-            None => source,
-        };
         let next = summary::next(&source, &loaded.cases, settings, generations, folder);
         run.commands.extend(next.iter().map(|line| as_command(line)));
         if wanted.data.is_none() && wanted.holdout.is_none() {
@@ -109,16 +112,12 @@ impl Data {
     }
 }
 
+fn made() -> CliError {
+    CliError::Usage("--data: the images of this run are made when they are needed; leave it out".to_string())
+}
+
 fn load(source: &Source, table: &toml::Table, folder: &Path, wanted: &Wanted) -> Result<Cases, CliError> {
-    let moved = match wanted.data {
-        Some(dir) => source.clone().with_folder(dir)?.ok_or_else(|| {
-            CliError::Usage(
-                "--data: the images of this run are made when they are needed; leave it out".to_string(),
-            )
-        })?,
-        None => source.clone(),
-    };
-    let mut cases = moved.load()?;
+    let mut cases = source.load()?;
     cases.check(table, folder)?;
     if let Some(dir) = wanted.holdout {
         let set = Dataset::load(dir)?;
@@ -197,7 +196,7 @@ fn evaluate(
     if let Some(program) = &mut run.program {
         program.compiled = Some(Compiled::of(&best, size));
     }
-    if let Some((_, set, _)) = last.as_ref().filter(|_| wanted.pictures) {
+    if let Some((_, set, _)) = last.as_ref().filter(|_| wanted.explained) {
         wanted.progress.set_message(format!("{}: explaining", printable(folder)));
         match explain(&best, set, tolerance)? {
             Ok(explanation) => {
@@ -209,8 +208,8 @@ fn evaluate(
         }
     }
     let Some((part, set, answers)) = last else { return Ok(()) };
-    let of_world = source.office().filter(|_| wanted.holdout.is_none()).map(|_| Setup::default().camera);
-    let camera = wanted.camera.or(of_world);
+    let of_world = || source.world_name().filter(|_| wanted.holdout.is_none()).map(World::camera);
+    let camera = wanted.camera.or_else(of_world);
     if let Some(camera) = &camera {
         camera.check(set.width(), set.height())?;
     }
@@ -221,7 +220,7 @@ fn evaluate(
         camera: camera.as_ref(),
         constants: &constants,
         window: Some(best.second().rect()),
-        picture_bytes: if wanted.pictures { usize::MAX } else { 0 },
+        picture_bytes: wanted.picture_bytes,
     };
     run.answers = Some(Answers::of(set, &answers, &look));
     if wanted.rivals {

@@ -122,6 +122,14 @@ impl Source {
         }
     }
 
+    /// The world, if the pictures are of one.
+    pub(crate) fn world_name(&self) -> Option<World> {
+        match self {
+            Source::World(recorded) => Some(recorded.world()),
+            Source::Folder(_) | Source::Synthetic(_) => None,
+        }
+    }
+
     /// A short name, for the run folder.
     pub(crate) fn name(&self) -> String {
         let name = match self {

@@ -272,6 +272,16 @@ fn several_runs_are_compared_by_their_settings() {
     assert_eq!(quartiles["median"].as_f64(), Some(held_out[1]));
     assert!(report["comparison"]["pairs"].as_array().expect("a list").is_empty());
 
+    assert!(
+        page.contains("data:image/png;base64,") && page.contains("r2-columns"),
+        "errors and pictures of each"
+    );
+    evolved(&place, "1", "all/seed-1-again", &[]);
+    let again = json(&place, &["all"]);
+    assert_eq!(again["comparison"]["settings"][0]["runs"].as_array().map(Vec::len), Some(3));
+    assert_eq!(again["comparison"]["again"].as_array().map(Vec::len), Some(1));
+    assert_eq!(again["comparison"]["settings"][0]["parts"], report["comparison"]["settings"][0]["parts"]);
+
     let report = json(&place, &["all", "deep", "--out", "both.html"]);
     elements(&place.read("both.html"));
     let comparison = &report["comparison"];

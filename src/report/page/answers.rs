@@ -6,6 +6,7 @@ use base64::Engine as _;
 use image::imageops::thumbnail;
 use image::{ImageFormat, RgbImage};
 
+use super::compare::BRIEFS;
 use super::model::{Answers, Group, Histogram, Measure, Part, Picture, Tally};
 use crate::camera::Camera;
 use crate::camera::ground::{Ground, Status};
@@ -20,7 +21,7 @@ const WORST: usize = 10;
 const BEST: usize = 4;
 /// Longest side of a picture in pixels.
 const SIDE: u32 = 480;
-/// Bytes of all pictures of a run as PNG files, at most; in base 64 they are a third more.
+/// Bytes of the pictures of a report on one run as PNG files, at most; in base 64 they are a third more.
 const PICTURE_BYTES: usize = 5 << 19;
 /// Stretches of rows, where distances are not known.
 const STRETCHES: u32 = 8;
@@ -28,6 +29,16 @@ const STRETCHES: u32 = 8;
 const EDGES: [f32; 8] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0];
 /// Bins of the histogram to either side of the one around 0.
 const BINS: i64 = 12;
+
+/// Bytes that the pictures of each run may take as PNG files in a report on so many runs, so that it stays below 5 MB.
+pub fn picture_bytes(runs: usize) -> usize {
+    match runs {
+        0 | 1 => PICTURE_BYTES,
+        // each has curves of its own as well
+        2..=BRIEFS => PICTURE_BYTES / 2 / runs,
+        _ => 0,
+    }
+}
 
 /// What answers are looked at with.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +53,7 @@ pub struct Look<'a> {
     pub constants: &'a Constants,
     /// The window of the program's second tree, to be drawn.
     pub window: Option<Rect>,
-    /// Bytes that pictures may take together as PNG files; no more than 2.5 MiB are taken.
+    /// Bytes that pictures may take together as PNG files: see [`picture_bytes`].
     pub picture_bytes: usize,
 }
 
@@ -166,7 +177,7 @@ fn pictures(set: &Dataset, answers: &[f32], images: &[(usize, Group)], look: &Lo
     let worst = images.iter().filter(|(_, group)| group.tally.correct < group.tally.cases).take(WORST);
     let worst: Vec<_> = worst.collect();
     let best = images.iter().rev().take(BEST.min(images.len() - worst.len()));
-    let mut left = look.picture_bytes.min(PICTURE_BYTES);
+    let mut left = look.picture_bytes;
     let mut pictures = Vec::new();
     for (number, group) in worst.into_iter().chain(best) {
         let columns: Vec<Column> = (set.cases().iter().zip(answers))
@@ -229,7 +240,7 @@ mod tests {
             camera,
             constants: &constants,
             window: None,
-            picture_bytes: usize::MAX,
+            picture_bytes: picture_bytes(1),
         };
         Answers::of(set, answers, &look)
     }

@@ -8,11 +8,11 @@ use super::comparison::scores;
 use super::curves;
 use super::model::{Comparison, Part, Report, Run, Setting};
 use super::parts::{Figure, POINTS, Table, count, duration, none, number, percent, quartiles, rows, thinned};
-use super::sections;
+use super::{errors, sections};
 use crate::statistics::Quartiles;
 
-/// Runs that are shown in brief, at most, so that the page stays small.
-const BRIEFS: usize = 40;
+/// Runs of which a page on several shows details, at most, so that it stays small.
+pub(super) const BRIEFS: usize = 30;
 /// Differences between settings that are shown without being asked for, at most.
 const DIFFERENCES: usize = 12;
 
@@ -254,6 +254,9 @@ fn about(runs: &[Run], comparison: Option<&Comparison>) -> Markup {
             @for (i, run) in collapsed.iter().enumerate() { @if i > 0 { ", " } (run.folder) }
             @if let Some(warning) = &first.warning { ". Of the first: " (warning) }
         } }
+        @for (run, first) in comparison.map_or(&[][..], |comparison| &comparison.again) { p.note {
+            (runs[*run].folder) " is " (runs[*first].folder) " once more: the same settings, seed and data. It counts once."
+        } }
         @if unfinished > 0 { p.note {
             "Not complete, so that their held-out images are left alone: " (count(unfinished, "run")) "."
         } }
@@ -294,7 +297,14 @@ fn briefs(runs: &[Run]) -> Result<Markup, PlotError> {
             summary { (run.folder) ", seed " (run.seed) }
             (sections::facts(run)) (sections::notes(run)) (sections::result(run))
             (curves::growth(run, &format!("r{i}-"))?)
+            @if let Some(answers) = &run.answers {
+                (errors::tables(answers, &format!("r{i}-"), false)?)
+                (errors::transience(answers))
+            }
             @if let Some(program) = &run.program { (sections::program(program)) }
+            @if let Some(answers) = run.answers.as_ref().filter(|answers| !answers.pictures.is_empty()) {
+                (errors::pictures(answers))
+            }
             (sections::settings(run))
             (sections::commands(&run.commands, None))
         }

@@ -1,5 +1,6 @@
 //! Several runs compared: which belong together, their medians and quartiles, and one setting against another.
 
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::folder::flat;
@@ -10,7 +11,7 @@ use crate::statistics::{Quartiles, a12, holm, rank_sum};
 
 impl Comparison {
     /// Compares runs. `settings` are theirs, in the same order. Runs of the same settings but for the seed, on the same
-    /// data, belong together.
+    /// data, belong together; with the same seed too they are one run, of which the one that got further counts.
     pub fn of(runs: &[Run], settings: &[Settings]) -> Comparison {
         let keys: Vec<BTreeMap<String, String>> = (runs.iter().zip(settings))
             .map(|(run, settings)| {
@@ -28,6 +29,17 @@ impl Comparison {
                 None => groups.push((i, vec![i])),
             }
         }
+        let mut again = Vec::new();
+        for (_, members) in &mut groups {
+            let further = |i: usize| (runs[i].records.len(), Reverse(i));
+            let same = |i: usize| members.iter().copied().filter(move |&j| runs[j].seed == runs[i].seed);
+            let counts = |i: usize| same(i).max_by_key(|&j| further(j)).unwrap_or(i);
+            let all = members.clone();
+            again.extend(all.iter().map(|&i| (i, counts(i))).filter(|(i, first)| i != first));
+            let kept: Vec<usize> = all.into_iter().filter(|&i| counts(i) == i).collect();
+            *members = kept;
+        }
+        again.sort_unstable();
         let value = |key: &BTreeMap<String, String>, name: &str| key.get(name).cloned().unwrap_or_else(none);
         let mut names: Vec<&String> = keys.iter().flat_map(BTreeMap::keys).collect();
         names.sort_unstable();
@@ -53,10 +65,19 @@ impl Comparison {
         };
         let settings: Vec<Setting> = groups.iter().cloned().enumerate().map(setting).collect();
         let parts = [Part::Holdout, Part::Validation, Part::Training];
-        let everywhere = |part: &Part| runs.iter().all(|run| run.scores.iter().any(|s| s.part == *part));
-        let part = parts.into_iter().find(everywhere).filter(|_| settings.len() > 1);
+        // A run that goes on has nothing held out yet; it does not take the test from those that have.
+        let scored = |run: usize, part: Part| runs[run].scores.iter().any(|s| s.part == part);
+        let everywhere = |part: &Part| {
+            settings.iter().all(|setting| {
+                let mut complete = setting.runs.iter().filter(|&&run| runs[run].is_complete()).peekable();
+                complete.peek().is_some() && complete.all(|&run| scored(run, *part))
+            })
+        };
+        let logged = |part: &Part| (0..runs.len()).all(|run| scored(run, *part));
+        let part = parts.into_iter().find(everywhere).or_else(|| parts.into_iter().find(logged));
+        let part = part.filter(|_| settings.len() > 1);
         let pairs = part.map_or_else(Vec::new, |part| pairs(&settings, runs, part));
-        Comparison { settings, part, pairs }
+        Comparison { settings, part, pairs, again }
     }
 }
 

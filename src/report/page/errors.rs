@@ -72,7 +72,7 @@ fn weakest(kind: &str, groups: &[Group]) -> String {
     weakest.map_or(String::new(), |g| format!("Weakest: {kind}{}, {}.", g.name, percent(g.tally.fitness())))
 }
 
-fn histogram(errors: &Histogram) -> Result<Markup, PlotError> {
+fn histogram(id: &str, errors: &Histogram) -> Result<Markup, PlotError> {
     let half = 0.46 * errors.width;
     // The middle bar is cut off where it would leave no room for the others.
     let is_middle = |at: f64| at.abs() < half;
@@ -98,11 +98,11 @@ fn histogram(errors: &Histogram) -> Result<Markup, PlotError> {
         y: Axis::around("answers", Unit::Plain, true, std::iter::once(most as f64)),
         series: vec![Series { name: None, ink: Ink::Series(0), shape: Shape::Bars(bars) }],
     };
-    Figure { id: "e-errors".to_string(), title: "Signed errors", description, plot, numbers }.html()
+    Figure { id: id.to_string(), title: "Signed errors", description, plot, numbers }.html()
 }
 
-/// Errors by column, distance and image.
-pub(super) fn tables(answers: &Answers) -> Result<Markup, PlotError> {
+/// Errors by column, distance and image, of all images or the worst alone. `ids` begins the identifiers.
+pub(super) fn tables(answers: &Answers, ids: &str, all: bool) -> Result<Markup, PlotError> {
     let (axis, title) = match answers.measure {
         Measure::Metres => ("distance of the obstacle: so many metres and more", "By distance"),
         Measure::Rows => ("rows above the lower border: so many and more", "By distance, in rows"),
@@ -116,16 +116,16 @@ pub(super) fn tables(answers: &Answers) -> Result<Markup, PlotError> {
             (answers.all.too_far) " too far, " (answers.all.not_finite) " no finite number."
         }
         div.plots {
-            (bars("e-columns", "By column", weakest("column ", &answers.columns), ("column", "column"), &answers.columns)?)
-            (bars("e-distances", title, weakest("", &answers.distances), (axis, "distance"), &answers.distances)?)
-            (histogram(&answers.errors)?)
+            (bars(&format!("{ids}columns"), "By column", weakest("column ", &answers.columns), ("column", "column"), &answers.columns)?)
+            (bars(&format!("{ids}distances"), title, weakest("", &answers.distances), (axis, "distance"), &answers.distances)?)
+            (histogram(&format!("{ids}errors"), &answers.errors)?)
         }
         h3 { "By image" }
         @if wrong.is_empty() { p { "Every answer on every image is correct." } }
         @else {
             (table(&format!("The worst of {} with errors", count(wrong.len(), "image")), images, wrong.iter().copied().take(WORST)).html())
         }
-        (table("All images, the worst first", images, answers.images.iter()).folded("All images"))
+        @if all { (table("All images, the worst first", images, answers.images.iter()).folded("All images")) }
     })
 }
 

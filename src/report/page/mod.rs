@@ -37,7 +37,7 @@ mod tests;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-pub use answers::Look;
+pub use answers::{Look, picture_bytes};
 pub use chart::PlotError;
 pub use folder::ReadError;
 pub use model::{
@@ -119,7 +119,7 @@ fn single(report: &Report, run: &Run) -> Result<Markup, PlotError> {
         all.push(("hall", "Hall of fame", sections::hall(run)?));
     }
     if let Some(answers) = &run.answers {
-        all.push(("errors", "Errors", errors::tables(answers)?));
+        all.push(("errors", "Errors", errors::tables(answers, "e-", true)?));
         all.push(("transience", "How long errors last", errors::transience(answers)));
     }
     if let Some(program) = &run.program {

@@ -361,6 +361,9 @@ pub struct Comparison {
     pub part: Option<Part>,
     /// The settings against each other.
     pub pairs: Vec<Pair>,
+    /// Runs that are another one once more, with the same seed and settings on the same data, and which one: by their
+    /// numbers in [`Report::runs`]. They count for nothing.
+    pub again: Vec<(usize, usize)>,
 }
 
 /// Runs that differ in nothing but the seed.

@@ -58,7 +58,7 @@ fn the_page_of_a_full_run_is_below_5_mb() {
         camera: None,
         constants: &constants,
         window: None,
-        picture_bytes: usize::MAX,
+        picture_bytes: picture_bytes(1),
     };
     run.answers = Some(Answers::of(&set, &answers, &look));
     let body = (0..2000).fold("gradient".to_string(), |text, i| {
@@ -163,4 +163,89 @@ fn no_more_pairs_than_settings() {
     let report = Report { title: "two".into(), runs, comparison: Some(comparison), command: None };
     let page = html(&report).expect("drawn");
     assert!(page.contains("selection.kind") && page.contains("c-best"));
+}
+
+fn scored(part: Part, fitness: f64) -> Score {
+    let (correct, cases, images) = ((100.0 * fitness) as u32, 100, 20);
+    Score { part, fitness, correct, cases, images, interval: None, constant: 0.2, constant_per_column: 0.3 }
+}
+
+#[test]
+fn a_run_made_twice_counts_once() {
+    let settings = [1, 1, 9].map(|seed| Settings { generations: 5, seed, ..Settings::default_preset() });
+    let mut runs = vec![progress(3), progress(5), progress(5)];
+    runs[2].seed = 9;
+    for (run, name) in runs.iter_mut().zip(["short", "whole", "other"]) {
+        run.folder = name.to_string();
+        run.scores.push(scored(Part::Training, 0.5));
+    }
+    let comparison = Comparison::of(&runs, &settings);
+    assert_eq!(comparison.settings[0].runs, [1, 2], "the one that got further");
+    assert_eq!(comparison.again, [(0, 1)]);
+    let report = Report { title: "again".into(), runs, comparison: Some(comparison), command: None };
+    let page = html(&report).expect("drawn");
+    assert!(page.contains("short is whole once more"));
+}
+
+#[test]
+fn a_run_that_goes_on_leaves_the_test_to_those_that_are_complete() {
+    let settings: Vec<Settings> = (0..6)
+        .map(|i| Settings {
+            generations: 5,
+            seed: i % 3,
+            tolerance: if i < 3 { 10.0 } else { 8.0 },
+            ..Settings::default_preset()
+        })
+        .collect();
+    let mut runs: Vec<Run> = (0..6).map(|_| progress(5)).collect();
+    for (run, settings) in runs.iter_mut().zip(&settings) {
+        run.seed = settings.seed;
+        run.scores = vec![scored(Part::Training, 0.9), scored(Part::Holdout, 0.1 * settings.tolerance / 2.0)];
+    }
+    assert_eq!(Comparison::of(&runs, &settings).part, Some(Part::Holdout));
+    runs[4].records.truncate(2);
+    runs[4].scores.pop();
+    let comparison = Comparison::of(&runs, &settings);
+    assert_eq!((comparison.part, comparison.pairs.len()), (Some(Part::Holdout), 1));
+    assert_eq!(comparison.pairs[0].a12, 1.0, "of what is held out");
+    for run in &mut runs[3..] {
+        run.records.truncate(2);
+        run.scores.truncate(1);
+    }
+    assert_eq!(Comparison::of(&runs, &settings).part, Some(Part::Training), "of none of a setting");
+}
+
+/// Errors, pictures and curves of as many runs as have details.
+#[test]
+fn the_page_of_many_runs_is_below_5_mb() {
+    let images = (0..71).map(|i| NamedImage {
+        name: format!("image_{i}.png"),
+        pixels: image::GrayImage::from_fn(320, 240, |x, y| image::Luma([(x / 2 + y / (i + 3)) as u8])),
+    });
+    let case = |image: usize| (0..6).map(move |i| Case { image, x: 25 + 50 * i, y: 200 });
+    let set = Dataset::new("set", images.collect(), (0..71).flat_map(case).collect()).expect("sound");
+    let answers: Vec<f32> = (0..set.cases().len()).map(|i| (i * 7 % 240) as f32).collect();
+    let constants = Constants::learn(&set, 10.0);
+    let look = Look {
+        part: Part::Holdout,
+        tolerance: 10.0,
+        camera: None,
+        constants: &constants,
+        window: None,
+        picture_bytes: picture_bytes(compare::BRIEFS),
+    };
+    let looked = Answers::of(&set, &answers, &look);
+    assert!(!looked.pictures.is_empty());
+    let mut runs: Vec<Run> = (0..compare::BRIEFS).map(|_| progress(51)).collect();
+    let settings: Vec<Settings> =
+        (0..compare::BRIEFS as u64).map(|seed| Settings { seed, ..Settings::default_preset() }).collect();
+    for (run, settings) in runs.iter_mut().zip(&settings) {
+        run.seed = settings.seed;
+        run.answers = Some(looked.clone());
+    }
+    let comparison = Comparison::of(&runs, &settings);
+    let report = Report { title: "many".into(), runs, comparison: Some(comparison), command: None };
+    let page = html(&report).expect("drawn");
+    assert!(page.contains("r0-columns") && page.contains(&format!("r{}-errors", compare::BRIEFS - 1)));
+    assert!(page.len() < 5_000_000, "{}", page.len());
 }
