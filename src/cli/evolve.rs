@@ -190,14 +190,16 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let reason = reason.inspect_err(|error| page.broken(error))?;
     let seconds = started.elapsed().as_secs_f64();
     let complete = reason == StopReason::Finished;
+    let report =
+        Report::of(&prepared.evolution, &prepared.cases, &prepared.source, &prepared.folder, seconds);
+    let report = report.inspect_err(|error| page.broken(error))?;
+    report.iter().for_each(|report| page.scored(run, report.for_page(&prepared.cases)));
     if complete {
         page.complete(&[&prepared.folder]);
     } else {
         page.broken(&interrupted(&prepared));
     }
-    if let Some(report) =
-        Report::of(&prepared.evolution, &prepared.cases, &prepared.source, &prepared.folder, seconds)?
-    {
+    if let Some(report) = report {
         if args.json {
             output::print_json(&report)?;
         } else if complete {

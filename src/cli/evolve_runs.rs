@@ -7,14 +7,16 @@ use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use vsonar::dataset::{Constants, Part, Variation};
-use vsonar::evolve::{Evolution, FolderError, RunFolder, Settings, SharedSet, StopReason};
+use vsonar::dataset::{self, Constants, Dataset, Variation};
+use vsonar::evolve::{CaseBits, Evolution, FolderError, RunFolder, Settings, SharedSet, StopReason};
+use vsonar::report::page;
 
 use super::cases::Cases;
 use super::evolve::{Args, Plan, RUNS};
 use super::evolve_watch::Page;
 use super::jobs::{self, Cores};
 use super::output::{self, count, grouped, shell_word};
+use super::part::Part;
 use super::runs_report::{One, Report, Scored};
 use super::source::Source;
 use super::sweep::Meter;
@@ -106,7 +108,7 @@ pub(crate) fn run(args: &Args, runs: u16) -> Result<(), CliError> {
 /// The folds. What cannot be is found before anything is run: each fits into memory, and its runs that are there already
 /// can be gone on with.
 fn folds(args: &Args, source: &Source, all: &[Settings], cores: Cores) -> Result<Vec<Fold>, CliError> {
-    let without = |number: u32, count: u32| source.clone().without(&Part::Fold(number, count));
+    let without = |number: u32, count: u32| source.clone().without(&dataset::Part::Fold(number, count));
     let sources: Vec<(Option<u32>, Source)> = match args.folds {
         None => vec![(None, source.clone())],
         Some(count) => (1..=count).filter_map(|i| Some((Some(i), without(i, count)?))).collect(),
@@ -166,23 +168,27 @@ fn on_fold(
         }
         let Some(summary) = evolution.summary(None)? else { return Ok(None) };
         let constants = Constants::learn(&cases.train, settings.tolerance);
-        let scored = |score, set| Scored::of(score, constants.score(set).per_column_share());
-        let holdout = match &holdout {
-            Some(set) => {
-                let score = set.score(&summary.best, executor.clone(), settings.tolerance)?;
-                Some(scored(score, set.data()))
-            }
+        let solved = match &holdout {
+            Some(set) => Some(set.solved(&summary.best, executor.clone(), settings.tolerance)?),
             None => None,
         };
+        let part = |of: page::Part, set: Option<&Dataset>, solved: Option<&CaseBits>| {
+            Some(Part::of(set?, solved?, &constants).for_page(of, set?))
+        };
+        let parts = [
+            part(page::Part::Training, Some(&cases.train), Some(&summary.solved.train)),
+            part(page::Part::Validation, cases.validation.as_ref(), summary.solved.validation.as_ref()),
+            part(page::Part::Holdout, cases.holdout.as_ref(), solved.as_ref()),
+        ];
+        told.page.scored(run, parts.iter().flatten().cloned().collect());
+        let [train, validation, holdout] = parts.map(|part| part.map(|score| Scored::of(&score)));
+        let Some(train) = train else { return Ok(None) };
         Ok(Some(One {
             fold: *number,
             seed: settings.seed,
             run: path,
-            train: scored(summary.train, &cases.train),
-            validation: summary
-                .validation
-                .zip(cases.validation.as_ref())
-                .map(|(score, set)| scored(score, set)),
+            train,
+            validation,
             holdout,
             nodes: summary.best.len(),
             generation: summary.generation,

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use vsonar::evolve::Evolution;
+use vsonar::report::page::Score;
 use vsonar::watch::{self, Board, Served};
 use vsonar::web::Server;
 
@@ -15,8 +16,8 @@ use super::{CliError, output, serve};
 pub(crate) struct WatchArgs {
     /// Show what there is so far as a page, live, to a browser on this machine
     ///
-    /// It is the page of `vsonar report`, without what the images would have to be evaluated for. The address is printed;
-    /// who knows it can look on. The page is served as long as the command runs; a browser that has it keeps it.
+    /// It is the page of `vsonar report`, without what the images would have to be evaluated for; scores come when a run is
+    /// complete. The address is printed; who knows it can look on. The page is served as long as the command runs; a browser that has it keeps it.
     #[arg(long)]
     watch: bool,
     /// The port of 127.0.0.1 of the page; 0 takes any that is free
@@ -69,6 +70,11 @@ impl Page {
     /// A generation of a run is recorded.
     pub(crate) fn generation(&self, run: usize) {
         self.board.generation(run);
+    }
+
+    /// The winner of a run reaches this.
+    pub(crate) fn scored(&self, run: usize, scores: Vec<Score>) {
+        self.board.scored(run, scores);
     }
 
     /// The runs are complete; `folders` are what a report on them is asked for with.

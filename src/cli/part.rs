@@ -5,6 +5,7 @@ use std::cmp::Reverse;
 use serde::Serialize;
 use vsonar::dataset::{Constants, Dataset};
 use vsonar::evolve::CaseBits;
+use vsonar::report::page;
 use vsonar::statistics::{Cluster, interval};
 
 /// What is least for the best of several runs: that which is best by `chosen` (validation, or training where there is
@@ -68,6 +69,22 @@ impl Part {
             constant: floor.overall_share(),
             constant_per_column: floor.per_column_share(),
             columns: set.columns().into_iter().map(|x| Column::of(set, x, solved, constants)).collect(),
+        }
+    }
+}
+
+impl Part {
+    /// The same as a page has it.
+    pub(crate) fn for_page(&self, part: page::Part, set: &Dataset) -> page::Score {
+        page::Score {
+            part,
+            fitness: self.fitness,
+            correct: self.correct,
+            cases: self.cases,
+            images: set.images().len(),
+            interval: self.interval,
+            constant: self.constant,
+            constant_per_column: self.constant_per_column,
         }
     }
 }

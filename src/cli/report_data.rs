@@ -9,7 +9,7 @@ use vsonar::dataset::{Constants, Dataset};
 use vsonar::evolve::{CaseBits, Settings, is_correct};
 use vsonar::exec::{Candidate, Executor};
 use vsonar::explain::{ExplainError, Explanation};
-use vsonar::report::page::{Answers, Command, Compiled, Look, Part, ProgramText, Run, Score};
+use vsonar::report::page::{Answers, Command, Compiled, Look, Part, ProgramText, Run};
 use vsonar::tree::Individual;
 use vsonar::vision::strips::CaseSet;
 use vsonar::world::office::World;
@@ -178,7 +178,7 @@ fn evaluate(
     let mut last = None;
     for &(part, set, cases) in &parts {
         let answers = answer(&best, set, cases)?;
-        run.scores.push(score(part, set, &solved(set, &answers), &constants));
+        run.scores.push(part::Part::of(set, &solved(set, &answers), &constants).for_page(part, set));
         last = Some((part, set, answers));
     }
     for member in &mut run.hall_of_fame {
@@ -250,20 +250,6 @@ fn explain(
         explanation.add_data(set, tolerance)?;
         Ok(explanation)
     })
-}
-
-fn score(part: Part, set: &Dataset, solved: &CaseBits, constants: &Constants) -> Score {
-    let of = part::Part::of(set, solved, constants);
-    Score {
-        part,
-        fitness: of.fitness,
-        correct: of.correct,
-        cases: of.cases,
-        images: set.images().len(),
-        interval: of.interval,
-        constant: of.constant,
-        constant_per_column: of.constant_per_column,
-    }
 }
 
 /// The command that makes the run again.

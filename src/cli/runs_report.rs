@@ -4,7 +4,8 @@ use std::fmt;
 use std::path::PathBuf;
 
 use serde::Serialize;
-use vsonar::evolve::{Score, Warning};
+use vsonar::evolve::Warning;
+use vsonar::report::page::Score;
 use vsonar::statistics::Quartiles;
 
 use super::output::{self, grouped, percent};
@@ -24,7 +25,8 @@ pub(crate) struct Scored {
 }
 
 impl Scored {
-    pub(crate) fn of(Score { correct, cases, fitness }: Score, constant_per_column: f64) -> Scored {
+    pub(crate) fn of(score: &Score) -> Scored {
+        let &Score { fitness, correct, cases, constant_per_column, .. } = score;
         Scored { fitness, correct, cases, constant_per_column }
     }
 }

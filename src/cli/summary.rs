@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use vsonar::dataset::{Constants, TOLERANCE};
 use vsonar::evolve::{Evolution, Preset, Settings, Warning};
+use vsonar::report::page;
 
 use super::CliError;
 use super::cases::Cases;
@@ -105,6 +106,16 @@ impl Report {
                 && (settings.population < full.population || settings.generations < full.generations),
             next: next(source, cases, settings, summary.generations, folder),
         }))
+    }
+
+    /// The parts there are, as a page has them.
+    pub(crate) fn for_page(&self, cases: &Cases) -> Vec<page::Score> {
+        let parts = [
+            (page::Part::Training, Some(&self.train), Some(&cases.train)),
+            (page::Part::Validation, self.validation.as_ref(), cases.validation.as_ref()),
+            (page::Part::Holdout, self.holdout.as_ref(), cases.holdout.as_ref()),
+        ];
+        parts.into_iter().filter_map(|(part, score, set)| Some(score?.for_page(part, set?))).collect()
     }
 
     /// The parts there are, by name.

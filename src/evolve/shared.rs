@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::cases::Cases;
 use super::evaluate::{EvaluateError, Evaluator};
+use super::fitness::CaseBits;
 use super::settings::Settings;
 use super::summary::Score;
 use crate::dataset::Dataset;
@@ -113,8 +114,23 @@ impl<'a> SharedSet<'a> {
         Cases::grown(self.data, self.data, self.set().clone(), tolerance)
     }
 
-    /// How an individual does on the set, an answer being correct within `tolerance` rows of the label; computed in
-    /// one thread of its own.
+    /// Which cases of the set an individual solves, an answer being correct within `tolerance` rows of the label;
+    /// computed in one thread of its own.
+    ///
+    /// # Errors
+    /// If it cannot be evaluated.
+    pub fn solved(
+        &self,
+        individual: &Individual,
+        executor: Arc<dyn Executor>,
+        tolerance: f64,
+    ) -> Result<CaseBits, EvaluateError> {
+        let cases = self.cases(tolerance);
+        let evaluator = Evaluator::new(executor, 1, cases.len(), 0)?;
+        Ok(evaluator.score(individual, &cases)?.outcome.solved)
+    }
+
+    /// How an individual does on the set: see [`SharedSet::solved`].
     ///
     /// # Errors
     /// If it cannot be evaluated.
@@ -124,9 +140,7 @@ impl<'a> SharedSet<'a> {
         executor: Arc<dyn Executor>,
         tolerance: f64,
     ) -> Result<Score, EvaluateError> {
-        let cases = self.cases(tolerance);
-        let evaluator = Evaluator::new(executor, 1, cases.len(), 0)?;
-        Ok(Score::of(&evaluator.score(individual, &cases)?.outcome.solved))
+        Ok(Score::of(&self.solved(individual, executor, tolerance)?))
     }
 }
 

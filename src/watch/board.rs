@@ -8,6 +8,7 @@ use tokio::sync::watch::{Receiver, Sender};
 
 use super::pace::Pace;
 use crate::evolve::{Evolution, Progress};
+use crate::report::page::Score;
 
 /// How far the runs of a command are. Telling it something takes no time to speak of.
 #[derive(Debug)]
@@ -39,6 +40,8 @@ pub(super) struct Begun {
     pub(super) data: String,
     /// Generations recorded.
     pub(super) done: u32,
+    /// What its winner reaches, once that is known.
+    pub(super) scores: Vec<Score>,
     progress: Arc<Progress>,
 }
 
@@ -56,7 +59,8 @@ impl Board {
         let mut number = 0;
         self.state.send_modify(|state| {
             number = state.runs.len();
-            state.runs.push(Begun { folder: folder.to_path_buf(), data, done, progress });
+            let (folder, scores) = (folder.to_path_buf(), Vec::new());
+            state.runs.push(Begun { folder, data, done, scores, progress });
             state.revision += 1;
         });
         number
@@ -69,6 +73,16 @@ impl Board {
                 run.done += 1;
             }
             state.pace.tick(Instant::now());
+            state.revision += 1;
+        });
+    }
+
+    /// The winner of a run reaches this on the parts of its data.
+    pub fn scored(&self, run: usize, scores: Vec<Score>) {
+        self.state.send_modify(|state| {
+            if let Some(run) = state.runs.get_mut(run) {
+                run.scores = scores;
+            }
             state.revision += 1;
         });
     }
@@ -106,7 +120,8 @@ impl State {
         let board = Board::new(1, 5);
         let (progress, data) = (Arc::default(), "photos".to_string());
         board.state.send_modify(|state| {
-            state.runs.push(Begun { folder: folder.to_path_buf(), data, done: 0, progress });
+            let (folder, scores) = (folder.to_path_buf(), Vec::new());
+            state.runs.push(Begun { folder, data, done: 0, scores, progress });
         });
         board.state()
     }
@@ -161,7 +176,7 @@ mod tests {
     use super::*;
 
     fn begun(done: u32) -> Begun {
-        Begun { folder: "r".into(), data: String::new(), done, progress: Arc::default() }
+        Begun { folder: "r".into(), data: String::new(), done, scores: Vec::new(), progress: Arc::default() }
     }
 
     #[test]

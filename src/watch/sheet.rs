@@ -98,9 +98,11 @@ impl Sheet {
     /// Reads a run unless it is as it was.
     fn read(&mut self, i: usize, begun: &Begun) -> Result<(), SheetError> {
         if self.done.get(i) == Some(&begun.done) {
+            self.runs[i].scores.clone_from(&begun.scores);
             return Ok(());
         }
-        let run = Run::read(&begun.folder, begun.data.clone())?;
+        let mut run = Run::read(&begun.folder, begun.data.clone())?;
+        run.scores.clone_from(&begun.scores);
         let settings = Settings::from_record(&run.settings, &run.folder)?;
         // They are read in their order, so that what is there is a beginning of them.
         if i < self.runs.len() {

@@ -204,10 +204,17 @@ fn being_watched_changes_nothing() {
     assert_eq!(end["share"], 1.0);
     let words = end["end"].as_str().expect("text");
     assert_eq!(words, "The run has ended; `vsonar report watched` makes the whole page.");
+    let page = report(&end).to_string();
     let (host, output) = (watched.place.0.clone(), watched.wait());
     assert!(output.status.success() && TcpStream::connect(host).is_err());
     let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
     assert_eq!(summary["complete"], true);
+    // What the winner reaches is told once it is known.
+    let train = summary["train"]["fitness"].as_f64().expect("a share");
+    assert!(
+        page.contains(&format!("<span>training</span><b>{:.1} %</b>", 100.0 * train)),
+        "{train} in {page}"
+    );
     assert_eq!(recorded(&place.path("alone")), recorded(&place.path("watched")));
     assert_eq!(place.read("alone/settings.toml"), place.read("watched/settings.toml"));
 }
@@ -229,15 +236,17 @@ fn several_runs_are_compared() {
     let place = Place::new();
     let flags =
         ["--runs", "3", "--jobs", "2", "--threads", "2", "--executor", "tree", "--population", "1000"];
-    let several = |out| tiny(&[&flags[..], &["--generations", "6", "--out", out]].concat());
+    let parts = ["--train-match", "drive_a*", "--holdout-match", "drive_b*"];
+    let several = |out| tiny(&[&flags[..], &parts, &["--generations", "6", "--out", out]].concat());
     let watched = Watched::start(&place, &several("all"));
     let end = watched.follow("the end", |news| !news["end"].is_null());
     assert_eq!(end["line"], "3 of 3 runs complete, 18 of 18 generations");
     assert_eq!(end["title"], "3 runs");
-    for part in ["<h1>3 runs</h1>", "id=\"c-best-t\"", "all/seed-1", "all/seed-3"] {
+    for part in ["<h1>3 runs</h1>", "id=\"c-best-t\"", "all/seed-1", "all/seed-3", "id=\"c-spread-t\""] {
         assert!(report(&end).contains(part), "no {part} in {}", report(&end));
     }
     assert!(end["end"].as_str().expect("text").contains("`vsonar report all`"));
+    assert_eq!(report(&end).matches("<span>held out</span>").count(), 3, "of each run");
     assert!(watched.wait().status.success());
     place.ok(&[several("alone"), vec!["--quiet"]].concat());
     for run in ["seed-1", "seed-2", "seed-3"] {
