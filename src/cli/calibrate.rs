@@ -21,10 +21,10 @@ Examples:
   vsonar calibrate points.csv --height 0.8 --pitch 51            only what was not measured by hand
   vsonar calibrate points.csv --height 0.8 --pitch 51 --fov 90   compare the points with a known camera
 
-The table has the header `column,row,ahead,left`: a pixel (column from the left edge, row from the top edge, both
-from 0), and where the floor that it shows lies, in metres ahead of the point under the lens and to the left of
-the middle line (to the right negative). `left` may be missing. A yardstick across the camera's view, and the same
-farther ahead, make a good table. Height, pitch and field of view need one number each, column or row; distortion
+The table has the header `column,row,ahead,left`: a pixel (column from the left edge, row from the top edge, both \
+from 0), and where the floor that it shows lies, in metres ahead of the point under the lens and to the left of \
+the middle line (to the right negative). `left` may be missing. A yardstick across the camera's view, and the same \
+farther ahead, make a good table. Height, pitch and field of view need one number each, column or row; distortion \
 six points from the middle to the corners, else it is taken as 0.";
 
 /// Find a camera's height, pitch and field of view from points on the floor

@@ -18,8 +18,8 @@ Examples:
   vsonar data import labelme photos --ground floor,rug --size 320x240 --out labelled
   vsonar data import coco instances.json --images photos --obstacle chair,person --out labelled
 
-What is ground is decided for the pixels of the original picture. Then the part `--crop` is cut out and scaled to `--size`,
-and the label of a column is the lowest row whose middle is in an original pixel that is not ground. The new folder is
+What is ground is decided for the pixels of the original picture. Then the part `--crop` is cut out and scaled to `--size`, \
+and the label of a column is the lowest row whose middle is in an original pixel that is not ground. The new folder is \
 checked as by `vsonar data check`; it appears complete or not at all.";
 
 const MASKS: &str = "\
@@ -32,7 +32,7 @@ Examples:
       Cityscapes itself, without the bonnet of the car
   vsonar data import masks photos masks --ground '#804080' --mask-suffix _color --out labelled
 
-Numbers are the stored gray levels of masks of 1 to 16 bits, or indices into a palette; colours are compared exactly. A
+Numbers are the stored gray levels of masks of 1 to 16 bits, or indices into a palette; colours are compared exactly. A \
 column whose label depends on what ignored pixels are gets none.";
 
 const LABELME: &str = "\
@@ -40,7 +40,7 @@ Examples:
   vsonar data import labelme photos --ground floor --out labelled
   vsonar data import labelme a.json b.json --obstacle chair,wall --ignore mirror --out labelled
 
-With `--ground` all is an obstacle but the shapes of these names, with `--obstacle` all is ground but them; of shapes that
+With `--ground` all is an obstacle but the shapes of these names, with `--obstacle` all is ground but them; of shapes that \
 cover each other the last one counts. A pixel is in a polygon if its centre is (even-odd rule).";
 
 const COCO: &str = "\
@@ -48,7 +48,7 @@ Examples:
   vsonar data import coco instances.json --images photos --ground floor --out labelled
   vsonar data import coco instances.json --images photos --obstacle chair,person --columns 40,160,280 --out labelled
 
-Polygons and run lengths are read, as numbers or as text. Of objects that cover each other an obstacle counts more than
+Polygons and run lengths are read, as numbers or as text. Of objects that cover each other an obstacle counts more than \
 ground. With `--ground`, pictures without any object are left out; with `--obstacle` all of them is ground.";
 
 /// Make a data folder of annotated images: from masks, LabelMe or COCO

@@ -26,8 +26,8 @@ Examples:
   vsonar data video drive.mp4 --every 10f --size 320x240 --out frames
   vsonar data video drive.mp4 --start 1:30 --fps 2 --frames 100 --out frames
 
-The video is read by the installed ffmpeg, of whatever kind it is; VSONAR_FFMPEG names another one. The frames become gray
-images frame_000001.png and so on, in their order, to be labelled with `vsonar label DIR`. The new folder appears complete
+The video is read by the installed ffmpeg, of whatever kind it is; VSONAR_FFMPEG names another one. The frames become gray \
+images frame_000001.png and so on, in their order, to be labelled with `vsonar label DIR`. The new folder appears complete \
 or not at all.";
 
 /// Take frames of a video as images to be labelled, through the installed ffmpeg

@@ -34,14 +34,14 @@ Examples:
   vsonar drive best.gp --world nsh --runs 10 --against all
   vsonar drive best.gp --median --out drives --video
 
-The robot is round, 0.48 m wide, with two driven wheels. Ten times a second its camera gives a picture, the compiled
-program answers for each column, the camera's geometry turns rows into distances, and a reactive controller wanders
-about. A run ends when the body touches anything, after a minute on one spot (stuck), or when its time is over.
-`squares`: how many squares of 1 m it has been in. `in view`: what was hit had been in the picture within the last
-second. Each run starts elsewhere; runs of one number start at the same place for all. The same flags give the same
+The robot is round, 0.48 m wide, with two driven wheels. Ten times a second its camera gives a picture, the compiled \
+program answers for each column, the camera's geometry turns rows into distances, and a reactive controller wanders \
+about. A run ends when the body touches anything, after a minute on one spot (stuck), or when its time is over. \
+`squares`: how many squares of 1 m it has been in. `in view`: what was hit had been in the picture within the last \
+second. Each run starts elsewhere; runs of one number start at the same place for all. The same flags give the same \
 runs, whatever the threads. With --against the table also shows how all do on labelled images.
 
-With --out the folder gets drive.json, paths.csv (sensor,run,seconds,x,y) and SENSOR-run-N.svg, a map of each run; the
+With --out the folder gets drive.json, paths.csv (sensor,run,seconds,x,y) and SENSOR-run-N.svg, a map of each run; the \
 program is the sensor `program`.";
 
 /// Drive a simulated robot by a program, until it hits something

@@ -27,7 +27,7 @@ Examples:
   vsonar eval runs/photos-seed-1 --against all
   vsonar eval best.gp --data photos --match 'run_C*' --tune-on photos --tune-on-match 'run_[AB]*' --against all
 
-An answer is correct within the tolerance of the label. Too near: it sees the obstacle lower in the image than it
+An answer is correct within the tolerance of the label. Too near: it sees the obstacle lower in the image than it \
 is, so nearer to the camera. Too far: higher. An answer that is no finite number is wrong too, and counted apart.";
 
 /// Test a program on labelled images

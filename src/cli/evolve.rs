@@ -51,8 +51,8 @@ Examples:
   vsonar evolve --data photos --watch --open
       curves, hall of fame and the best program in the browser, while it runs
 
-The run folder holds best.gp (the best program so far), log.jsonl (a line a generation), hall_of_fame.jsonl,
-settings.toml (every setting in full, and the data) and the checkpoint that --resume goes on from. A run is a function of data,
+The run folder holds best.gp (the best program so far), log.jsonl (a line a generation), hall_of_fame.jsonl, \
+settings.toml (every setting in full, and the data) and the checkpoint that --resume goes on from. A run is a function of data, \
 settings and seed: threads, executor and interruptions change nothing but the time it takes.";
 
 /// Evolve a detector on labelled images

@@ -23,12 +23,12 @@ Examples:
   vsonar explain best.gp --data photos --trace frame_7.png,160
   vsonar explain best.gp --data photos --out explained
 
-The program is shown as the optimiser leaves it, as `if`s and formulas. The text is read back, run, and held against the
-compiled program, on every case of the data, or else on random images; one that gives other answers is an error. With
-data its margin says of a choice how often its condition holds and how often not, of a `stop` in how many cases it
+The program is shown as the optimiser leaves it, as `if`s and formulas. The text is read back, run, and held against the \
+compiled program, on every case of the data, or else on random images; one that gives other answers is an error. With \
+data its margin says of a choice how often its condition holds and how often not, of a `stop` in how many cases it \
 fires; and what the fitness is without each part.
 
-`--trace` shows one case, one position of the window after the other. With `--out` the folder gets explanation.md,
+`--trace` shows one case, one position of the window after the other. With `--out` the folder gets explanation.md, \
 explanation.json, trees.dot, trees.svg and, with data, trace.txt and trace.svg.";
 
 /// Show what a program does, in readable form

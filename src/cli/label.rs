@@ -24,9 +24,9 @@ Examples:
       the answers of a program on request, to be accepted or corrected
   vsonar label photos --open                    show the page in the browser at once
 
-Open the address that is printed; the page explains its keys (press ?). A label is the row, from the top, of the
-lowest pixel that is not ground; ground all the way up is 0. Every mark is saved in `labels.csv` at once, columns that
-cannot be labelled in `labels.skip.csv`; what else stands in the table stays. The page is for this machine alone, and
+Open the address that is printed; the page explains its keys (press ?). A label is the row, from the top, of the \
+lowest pixel that is not ground; ground all the way up is 0. Every mark is saved in `labels.csv` at once, columns that \
+cannot be labelled in `labels.skip.csv`; what else stands in the table stays. The page is for this machine alone, and \
 only for those who know the address. Ctrl-C ends the command and says what is saved, with exit code 130.";
 
 /// Columns unless they are given or the table has some.

@@ -86,7 +86,7 @@ Examples:
   vsonar drive runs/photos-seed-1/best.gp       on a simulated robot, until it hits something
   vsonar evolve --help                          the flags of a command, with examples
 
-A data folder holds `labels.csv` (header `image,x,y`; y is the row, counted from the top, of the lowest pixel of
+A data folder holds `labels.csv` (header `image,x,y`; y is the row, counted from the top, of the lowest pixel of \
 column x that is not ground) and the images it names. Exit codes: 0 done, 1 failed, 2 wrong usage, 130 Ctrl-C.";
 
 /// Evolves programs that see obstacles: given a gray camera image and a column, a program finds the lowest pixel

@@ -26,7 +26,7 @@ Examples:
   vsonar report runs/photos-seed-1 runs/photos-seed-2           seeds or settings compared
   vsonar report runs/photos                                     all runs in a folder
 
-The page needs no network and no other file. It is light or dark as the reader's browser is. Of several runs it shows
+The page needs no network and no other file. It is light or dark as the reader's browser is. Of several runs it shows \
 medians and quartiles, runs of the same settings together, and each run with its errors and some pictures.";
 
 /// How deep below a folder runs are looked for.

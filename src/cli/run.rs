@@ -36,14 +36,14 @@ Examples:
 
 A frame is a line of JSON, written as soon as it is known:
   {\"frame\":0,\"time\":0.0,\"latency_us\":310,\"columns\":[13,40,...],\"rows\":[101.0,null,...]}
-`frame` counts those of the input from 0, `time` is in seconds, `latency_us` runs from when the frame had been read
-until its answers were known. Rows count from the top, as the program answers them: they may be fractional or outside
-the image, and are null where they are no finite number. Images have their name in `image` too, and no time without
---fps. With `--output ranges` there are, for each column, `bearing` (radians, to the left positive), `distance`,
-`nearest` and `farthest` (metres; null where nothing is in view, or nothing known) and `status` (obstacle,
+`frame` counts those of the input from 0, `time` is in seconds, `latency_us` runs from when the frame had been read \
+until its answers were known. Rows count from the top, as the program answers them: they may be fractional or outside \
+the image, and are null where they are no finite number. Images have their name in `image` too, and no time without \
+--fps. With `--output ranges` there are, for each column, `bearing` (radians, to the left positive), `distance`, \
+`nearest` and `farthest` (metres; null where nothing is in view, or nothing known) and `status` (obstacle, \
 none-in-view or invalid).
 
-Only the luma of a frame counts, as it stands there; `-pix_fmt gray` gives it the range 0 to 255, which images have.
+Only the luma of a frame counts, as it stands there; `-pix_fmt gray` gives it the range 0 to 255, which images have. \
 At the end the speed is told on standard error. Ctrl-C ends the run too, with exit code 130.";
 
 /// Run a program on the frames of a camera, a video or a folder

@@ -29,10 +29,10 @@ Examples:
   vsonar show runs/fmrb-seed-1/best.gp --out pictures
   vsonar show runs/fmrb-seed-1/best.gp runs/fmrb-seed-2/best.gp --out pictures --video answers.mp4 --fps 4
 
-White bars cover what the program takes for ground, black bars what it takes for an obstacle. A cross stands at
-the ideal answer, a square of the size of the program's window at its own; both are green where the answer is
-correct. Where it is wrong they are orange, with a ring around the answer. An answer outside the image has an
-arrow head at that border, one that is not a number a question mark and a dashed bar. Of several programs each has a bar
+White bars cover what the program takes for ground, black bars what it takes for an obstacle. A cross stands at \
+the ideal answer, a square of the size of the program's window at its own; both are green where the answer is \
+correct. Where it is wrong they are orange, with a ring around the answer. An answer outside the image has an \
+arrow head at that border, one that is not a number a question mark and a dashed bar. Of several programs each has a bar \
 of its own colour, with its letter at the foot, and a line below the picture.";
 
 /// The sheet of all pictures.

@@ -22,7 +22,7 @@ Examples:
   vsonar synth --plan attic.plan --camera camera.toml --out attic
       a building of your own: its lines are explained at `Plan` in the library's documentation
 
-nsh has people in its hallways, and a wide stripe of other carpet. In fmrb the lights are burned out along part of a
+nsh has people in its hallways, and a wide stripe of other carpet. In fmrb the lights are burned out along part of a \
 hallway. combined has every other image of both. The images are in the order in which they were taken.";
 
 /// Write what a robot's camera recorded in a synthetic office, as a data folder

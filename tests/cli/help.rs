@@ -49,6 +49,34 @@ fn of_flag(help: &str, flag: &str) -> String {
     rest[..end].to_string()
 }
 
+/// On a terminal of 80 columns paragraphs fill it: no line breaks within them but where it is full.
+#[test]
+fn paragraphs_of_the_help_flow() {
+    for command in COMMANDS {
+        let text = {
+            let place = Place::new();
+            let mut help = place.command(&[*command, &["--help"]].concat());
+            let output = help.env("COLUMNS", "80").output().expect("it runs");
+            String::from_utf8(output.stdout).expect("UTF-8")
+        };
+        let after = text.split_once("\nExample").map_or("", |(_, after)| after);
+        let lines: Vec<&str> = after.lines().collect();
+        // A line of JSON cannot be broken.
+        let fits = |line: &&str| line.chars().count() <= 80 || !line.trim().contains(' ');
+        assert!(lines.iter().all(fits), "{command:?}: {after}");
+        for pair in lines.windows(2) {
+            let [line, next] = [pair[0], pair[1]];
+            let in_paragraph = |line: &str| !line.is_empty() && !line.starts_with(' ');
+            let word = next.split(' ').next().unwrap_or("");
+            let full = line.chars().count() + 1 + word.chars().count() > 80;
+            assert!(
+                !in_paragraph(line) || !in_paragraph(next) || full,
+                "{command:?}: {line:?}, then {next:?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn every_command_has_help_with_examples() {
     for command in COMMANDS {
