@@ -61,10 +61,13 @@ impl Cases {
         for (name, what, _) in self.guarded() {
             let then = table.get(name);
             if counts(then.is_some()) && now.get(name) != then {
+                let folder = table.get("folder").and_then(|folder| folder.get("train")?.as_str());
+                let folder = folder.map_or_else(String::new, |dir| format!(" in {dir}"));
+                let (settings, run) = (run.join("settings.toml"), super::output::shell_word(run));
                 return Err(CliError::Failed(format!(
-                    "{}: the run was made with other {what} data; resume with the data named there, unchanged, or \
-                     start a new run",
-                    run.join("settings.toml").display()
+                    "{}: the run was made with other {what} data than there are now{folder}; put them back as they were, or \
+                     start a new run (`vsonar eval {run} --data DIR` tests its program on any images)",
+                    settings.display()
                 )));
             }
         }

@@ -19,7 +19,6 @@ use super::drive_scores::Sets;
 use super::drive_sensor::{Against, Building, Others, Sensor, kind};
 use super::drive_tables::{Report, SensorReport, Timing, line, text};
 use super::drive_view::{Ended, Meter};
-use super::eval_cases::file;
 use super::executor::with_stack;
 use super::jobs::{Cores, each_watched};
 use super::new_folder::NewFolder;
@@ -116,7 +115,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let building = Building { kind: args.world, seed: args.seed, changed: args.changed };
     let office = building.office()?;
     let columns = args.columns.of(office.size().0)?;
-    let program_file = file(&args.program);
+    let program_file = super::program::file(&args.program)?;
     let mut sensors = vec![program(&program_file, &office)?];
     let sets = args.against.is_some().then(|| Sets::choose(&args.program, args.world, args.tune_on));
     let sets = sets.transpose()?;

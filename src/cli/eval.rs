@@ -10,10 +10,11 @@ use vsonar::tree::{Individual, Shortest};
 
 use super::CliError;
 use super::against::{self, Comparison, Named, Rivals};
-use super::eval_cases::{RunPart, What, file, no_data, what};
+use super::eval_cases::{RunPart, What, no_data, what};
 use super::executor::{Choice, answers};
 use super::memory::MemoryArgs;
-use super::output::{self, count, percent};
+use super::output::{self, Own, count, percent};
+use super::program;
 use super::sensitivity;
 use super::table::Table;
 
@@ -29,6 +30,9 @@ Examples:
 
 An answer is correct within the tolerance of the label. Too near: it sees the obstacle lower in the image than it \
 is, so nearer to the camera. Too far: higher. An answer that is no finite number is wrong too, and counted apart.";
+
+/// The file of answers.
+const ANSWERS: Own = Own { what: "table of answers", begins: "image,x,label,answer" };
 
 /// Test a program on labelled images
 #[derive(clap::Args)]
@@ -148,6 +152,13 @@ struct Image {
     counts: Counts,
 }
 
+/// What the best constants of the training cases reach on the same cases.
+#[derive(Debug, Clone, Copy, Serialize)]
+struct Trained {
+    fitness: f64,
+    per_column_fitness: f64,
+}
+
 /// What a constant answer reaches on the same cases, chosen with their labels in view.
 #[derive(Debug, Clone, Serialize)]
 struct Floor {
@@ -166,6 +177,9 @@ struct Report {
     #[serde(flatten)]
     counts: Counts,
     constant: Floor,
+    /// Of a run folder's data, unless they are the training cases themselves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    trained_constant: Option<Trained>,
     columns: Vec<Column>,
     images: Vec<Image>,
     /// How long errors last; none without sequences.
@@ -181,9 +195,16 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         let text = "`--answers -` and `--json` both write to standard output; give the answers a file";
         return Err(CliError::Usage(text.to_string()));
     }
-    let What { set, name, tolerance, train } = what(&args)?;
-    let program = args.program.as_deref().map(file);
-    let individual = program.as_deref().map(Individual::load).transpose()?;
+    if let Some(file) = args.answers.as_deref().filter(|_| !to_stdout) {
+        ANSWERS.may_replace(file)?;
+    }
+    let program = args.program.as_deref().map(program::file).transpose()?;
+    let What { set, name, tolerance, train, trained } = what(&args)?;
+    let loaded = program.as_deref().map(Individual::load_with_text).transpose()?;
+    if let Some((path, (_, text))) = program.as_deref().zip(loaded.as_ref()) {
+        program::note_size(path, text, (set.width(), set.height()));
+    }
+    let individual = loaded.map(|(individual, _)| individual);
     if let Some(rivals) = &args.against {
         let program = program.as_deref().zip(individual.as_ref());
         return compare(&args, rivals, program, Named { name, set }, train, tolerance);
@@ -199,9 +220,13 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         if to_stdout {
             return output::print(&csv);
         }
-        output::write_file(file, csv.as_bytes())?;
+        ANSWERS.write(file, &csv)?;
     }
     let mut report = report(&args, program, tolerance, &set, &answers);
+    report.trained_constant = trained.map(|train| {
+        let score = Constants::learn(&train, tolerance).score(&set);
+        Trained { fitness: score.overall_share(), per_column_fitness: score.per_column_share() }
+    });
     if args.sensitivity {
         let rows = sensitivity::rows(&*executor, &individual, &set, &answers, tolerance)?;
         report.sensitivity = Some(rows);
@@ -269,6 +294,7 @@ fn report(args: &Args, program: PathBuf, tolerance: f64, set: &Dataset, answers:
             per_column_correct: floor.per_column,
             per_column_fitness: floor.per_column_share(),
         },
+        trained_constant: None,
         columns: constants.columns().iter().map(column).collect(),
         images: set.images().iter().enumerate().map(image).collect(),
         transience: Transience::of(set, answers, tolerance),
@@ -284,13 +310,18 @@ fn text(report: &Report) -> String {
     let _ = writeln!(
         out,
         "{} on {}: {} ({} of {} cases within {} rows)\n\
-         best constant per column: {}; one for all columns: {}\n",
+         {}constants chosen on these very images: per column {}; one for all columns {}\n",
         report.program.display(),
         report.data.display(),
         percent(report.counts.fitness),
         report.counts.correct,
         report.counts.cases,
         report.tolerance,
+        report.trained_constant.map_or_else(String::new, |c| format!(
+            "best constants of the training images: per column {}; one for all columns {}\n",
+            percent(c.per_column_fitness),
+            percent(c.fitness)
+        )),
         percent(report.constant.per_column_fitness),
         percent(report.constant.fitness),
     );

@@ -37,6 +37,8 @@ pub(super) struct What {
     pub(super) name: String,
     /// The training cases, if they are known and needed.
     pub(super) train: Option<Named>,
+    /// The training cases of the run whose other cases are asked about.
+    pub(super) trained: Option<Dataset>,
 }
 
 /// The file of the program.
@@ -83,20 +85,21 @@ pub(super) fn what(args: &Args) -> Result<What, CliError> {
             Some(tolerance) => tolerance,
             None => own()?.unwrap_or(TOLERANCE),
         };
-        return Ok(What { set, name, tolerance, train: tune_on });
+        return Ok(What { set, name, tolerance, train: tune_on, trained: None });
     };
     let (cases, settings) = cases_of_run(&run)?;
     let name = |part: RunPart| format!("the {} images of {}", part.name(), run.display());
     let train = needs_train.then(|| Named { name: name(RunPart::Train), set: cases.train.clone() });
-    let Named { name, set } = match data {
-        Some(data) => data,
+    let (Named { name, set }, trained) = match data {
+        Some(data) => (data, None),
         None => {
+            let train = cases.train.clone();
             let (part, set) = part_of_run(&run, cases, settings.generations, args.part)?;
-            Named { name: name(part), set }
+            (Named { name: name(part), set }, Some(train).filter(|_| part != RunPart::Train))
         }
     };
     let tolerance = args.tolerance.unwrap_or(settings.tolerance);
-    Ok(What { set, name, tolerance, train: train.or(tune_on) })
+    Ok(What { set, name, tolerance, train: train.or(tune_on), trained })
 }
 
 /// What counts as correct in a run.

@@ -54,6 +54,12 @@ pub(crate) fn run(args: &Args, runs: u16) -> Result<(), CliError> {
     all.iter()
         .try_for_each(Settings::validate)
         .map_err(|e| CliError::Usage(format!("--runs {runs}: {e}")))?;
+    if let Some(out) = args.out.as_deref().filter(|out| out.join("settings.toml").exists()) {
+        return Err(CliError::Failed(format!(
+            "{}: this is the folder of one run; choose another name for several (`--out`)",
+            out.display()
+        )));
+    }
     let cores = Cores::new(args.jobs, args.threads, |_| 1);
     let server = args.watch.bind()?;
     let folds = folds(args, &source, &all, cores)?;

@@ -12,7 +12,7 @@ use vsonar::export::{self, MEDIAN, Provenance, Request, Symbol};
 use vsonar::ir::{Program, opt, text};
 
 use super::executor::with_stack;
-use super::program::{Loaded, SIZE, size};
+use super::program::{self, Loaded, SIZE, size};
 use super::{CliError, interrupt, output};
 
 const EXAMPLES: &str = "\
@@ -34,7 +34,7 @@ x86_64 and aarch64 also for Apple's systems and Windows. What none of them serve
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The program, .gp or .vir
+    /// The program, .gp or .vir; or a run folder, for its best one
     program: PathBuf,
     /// Folder for the files; made if need be
     #[arg(long, value_name = "DIR")]
@@ -198,8 +198,9 @@ fn kinds(args: &Args, target: &Target) -> Vec<Kind> {
 
 fn request(args: &Args) -> Result<Request, CliError> {
     let symbol = symbol(args)?;
-    let loaded = Loaded::load(&args.program)?;
-    loaded.check_size(&args.program, args.size)?;
+    let file = program::file(&args.program)?;
+    let loaded = Loaded::load(&file)?;
+    loaded.check_size(&file, args.size)?;
     let provenance = match &loaded {
         Loaded::Individual(_, text) => Provenance::of_text(text),
         Loaded::Program(program) => Provenance { program: text::print(program), ..Provenance::default() },

@@ -7,7 +7,7 @@ use vsonar::exec::cranelift::{self, Shape};
 use vsonar::ir::{opt, text};
 
 use super::executor::with_stack;
-use super::program::{Loaded, SIZE, size};
+use super::program::{Loaded, SIZE, file, size};
 use super::{CliError, output};
 
 const EXAMPLES: &str = "\
@@ -23,7 +23,7 @@ Examples:
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The program, .gp or .vir
+    /// The program, .gp or .vir; or a run folder, for its best one
     program: PathBuf,
     /// How far to compile
     #[arg(long, value_name = "STAGE", value_enum, default_value_t = Stage::Optimised)]
@@ -63,8 +63,9 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 }
 
 fn listing(args: &Args) -> Result<String, CliError> {
-    let loaded = Loaded::load(&args.program)?;
-    loaded.check_size(&args.program, args.size)?;
+    let file = file(&args.program)?;
+    let loaded = Loaded::load(&file)?;
+    loaded.check_size(&file, args.size)?;
     let size = loaded.size().or(args.size).unwrap_or(SIZE);
     let lowered = loaded.lowered(size);
     if args.stage == Stage::Lowered {

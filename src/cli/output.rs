@@ -1,7 +1,7 @@
 //! Writing to standard output, and files that are wholly there or not at all.
 
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use super::CliError;
@@ -31,6 +31,42 @@ pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     match written {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(CliError::Closed),
         written => written.map_err(|error| CliError::file(path, "write the file", &error)),
+    }
+}
+
+/// What a file that a command made begins with, by which it is known again.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Own {
+    /// What it is, in words.
+    pub(crate) what: &'static str,
+    /// How it begins.
+    pub(crate) begins: &'static str,
+}
+
+impl Own {
+    /// Refuses a file that is there already and is something else: nobody wants his labels replaced by a report. To be
+    /// asked before there is work that would be lost. What is no file, or empty, is written to.
+    pub(crate) fn may_replace(self, path: &Path) -> Result<(), CliError> {
+        let Ok(file) = File::open(path) else { return Ok(()) };
+        let there = match file.metadata() {
+            Ok(there) if there.is_file() && there.len() > 0 => there.len(),
+            _ => return Ok(()),
+        };
+        let mut start = Vec::new();
+        let read = file.take(self.begins.len() as u64).read_to_end(&mut start);
+        read.map_err(|e| CliError::file(path, "read what is there", &e))?;
+        if there >= self.begins.len() as u64 && start == self.begins.as_bytes() {
+            return Ok(());
+        }
+        let text =
+            format!("{}: exists already, and is no {}; choose another name", path.display(), self.what);
+        Err(CliError::Failed(text))
+    }
+
+    /// Puts the file in its place, unless something else is there.
+    pub(crate) fn write(self, path: &Path, text: &str) -> Result<(), CliError> {
+        self.may_replace(path)?;
+        write_file(path, text.as_bytes())
     }
 }
 

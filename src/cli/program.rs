@@ -1,8 +1,9 @@
 //! A program from a file: as evolved (.gp), or in the compiler's own text form (.vir).
 
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use vsonar::export::Provenance;
 use vsonar::ir::{Program, text};
 use vsonar::tree::Individual;
 
@@ -63,6 +64,29 @@ impl Loaded {
             ))),
             _ => Ok(()),
         }
+    }
+}
+
+/// The file of a program: itself, or the best one of a run folder.
+pub(crate) fn file(path: &Path) -> Result<PathBuf, CliError> {
+    let best = path.join("best.gp");
+    match path.is_dir() {
+        false => Ok(path.to_path_buf()),
+        true if best.exists() => Ok(best),
+        true => Err(CliError::Failed(format!(
+            "{}: this folder has no best.gp, so it is no run folder; give a program, or the folder of one run",
+            path.display()
+        ))),
+    }
+}
+
+/// Warns if the comment of a program says that it was evolved on images of another size than these.
+pub(crate) fn note_size(path: &Path, text: &str, (width, height): (u32, u32)) {
+    if let Some((w, h)) = Provenance::of_text(text).size.filter(|size| *size != (width, height)) {
+        let path = super::output::printable(path);
+        eprintln!(
+            "note: {path} was evolved on images of {w}x{h} pixels and knows their rows by number; these have {width}x{height}"
+        );
     }
 }
 

@@ -12,7 +12,7 @@ use vsonar::report::page::{self, Comparison, Report, Run, picture_bytes};
 use super::CliError;
 use super::executor::{Choice, with_stack};
 use super::memory::MemoryArgs;
-use super::output::{self, count, shell_flag, shell_word};
+use super::output::{self, Own, count, shell_flag, shell_word};
 use super::report_data::{Data, Wanted};
 use super::settings::SettingsFile;
 use super::source::Source;
@@ -29,6 +29,8 @@ Examples:
 The page needs no network and no other file. It is light or dark as the reader's browser is. Of several runs it shows \
 medians and quartiles, runs of the same settings together, and each run with its errors and some pictures.";
 
+/// The page.
+const PAGE: Own = Own { what: "page", begins: "<!DOCTYPE html>" };
 /// How deep below a folder runs are looked for.
 const LEVELS: u32 = 3;
 
@@ -70,6 +72,12 @@ pub(crate) struct Args {
 /// Reports on runs.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let folders = folders(&args.runs)?;
+    let out = match (&args.out, &args.runs[..], args.json) {
+        (Some(out), ..) => Some(out.clone()),
+        (None, _, true) => None,
+        (None, runs, false) => runs.first().map(|first| first.join("report.html")),
+    };
+    out.as_deref().map_or(Ok(()), |out| PAGE.may_replace(out))?;
     let progress = ProgressBar::new_spinner();
     // Nothing is drawn where standard error is no terminal.
     progress.enable_steady_tick(Duration::from_millis(200));
@@ -77,17 +85,18 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let report = with_stack(|| report(&args, &folders, &progress));
     progress.finish_and_clear();
     let report = report??;
-    let out = match (&args.out, &args.runs[..], args.json) {
-        (Some(out), ..) => Some(out.clone()),
-        (None, _, true) => None,
-        (None, runs, false) => runs.first().map(|first| first.join("report.html")),
-    };
     if let Some(out) = &out {
         let html = page::html(&report)?;
-        output::write_file(out, html.as_bytes())?;
+        PAGE.write(out, &html)?;
         if !args.json {
             let size = html.len().div_ceil(1024) as u64;
             output::print(&format!("{}: {} KiB\n", out.display(), output::grouped(size)))?;
+        }
+    }
+    if !args.json {
+        for run in &report.runs {
+            let folder = output::printable(Path::new(&run.folder));
+            run.missing.iter().for_each(|missing| eprintln!("note: {folder}: {missing}"));
         }
     }
     if args.json { output::print_json(&report) } else { Ok(()) }
@@ -175,9 +184,6 @@ fn report(args: &Args, folders: &[PathBuf], progress: &ProgressBar) -> Result<Re
         match source {
             Ok(source) => data.fill(&mut run, folder, source, &table, &settings, &wanted)?,
             Err(error) => run.missing.push(format!("The data are not known: {}", error.words())),
-        }
-        if args.no_rivals && folders.len() == 1 {
-            run.missing.push("The table of the rivals was left out (--no-rivals).".to_string());
         }
         runs.push(run);
         all_settings.push(settings);

@@ -87,11 +87,14 @@ impl Data {
             match load(&source, table, folder, wanted) {
                 Ok(cases) => self.last = Some((table.clone(), Loaded { cases, sets: Vec::new() })),
                 Err(error) if wanted.data.is_some() || wanted.holdout.is_some() => return Err(error),
-                Err(error) => run.missing.push(format!(
-                    "Scores, errors, pictures and rivals are missing, for the data cannot be had: {} (`--data DIR` says where \
-                     the images are now).",
-                    error.words()
-                )),
+                Err(error) => {
+                    let gone = source.folder().is_some_and(|dir| !dir.exists());
+                    let moved = if gone { " (`--data DIR` says where the images are now)" } else { "" };
+                    run.missing.push(format!(
+                        "Scores, errors, pictures and rivals are missing, for the data cannot be had: {}{moved}.",
+                        error.words()
+                    ));
+                }
             }
         }
         run.tested_on = wanted.holdout.map(printable);

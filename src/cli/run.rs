@@ -17,7 +17,7 @@ use vsonar::ir::opt;
 use vsonar::report::{MAX_SCALE, fitting_scale};
 
 use super::executor::with_stack;
-use super::program::{Loaded, size};
+use super::program::{self, Loaded, size};
 use super::run_columns::{self, Columns};
 use super::run_input::{self, Format, Input};
 use super::run_latency::Tally;
@@ -119,8 +119,9 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         return Err(CliError::Usage("--camera is for `--output ranges` and `--output overlay`".to_string()));
     }
     let camera = args.camera.as_deref().map(Camera::load).transpose()?;
-    let loaded = with_stack(|| Loaded::load(&args.program))??;
-    loaded.check_size(&args.program, args.size)?;
+    let file = program::file(&args.program)?;
+    let loaded = with_stack(|| Loaded::load(&file))??;
+    loaded.check_size(&file, args.size)?;
     let size = loaded.size().or(args.size);
     let stop = interrupt::stop_flag()?;
     let (path, format) = (args.input.clone(), args.format);

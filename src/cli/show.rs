@@ -20,7 +20,7 @@ use super::new_folder::NewFolder;
 use super::output::{self, count};
 use super::show_drawing::Drawing;
 use super::show_video::Video;
-use super::{CliError, eval, interrupt, source_made};
+use super::{CliError, eval, interrupt, program, source_made};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -98,7 +98,8 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
         );
         return Err(CliError::Usage(text));
     }
-    let individuals = args.programs.iter().map(Individual::load).collect::<Result<Vec<_>, _>>()?;
+    let programs = args.programs.iter().map(|path| program::file(path)).collect::<Result<Vec<_>, _>>()?;
+    let loaded = programs.iter().map(Individual::load_with_text).collect::<Result<Vec<_>, _>>()?;
     let mut folder = args.out.as_deref().map(NewFolder::check).transpose()?;
     let video = args.video.as_deref().map(Video::check).transpose()?;
     let executor = args.executor.make()?;
@@ -110,6 +111,10 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
         set = set.select(pattern)?;
     }
     args.memory.check([&set])?;
+    for (path, (_, text)) in programs.iter().zip(&loaded) {
+        program::note_size(path, text, (set.width(), set.height()));
+    }
+    let individuals: Vec<Individual> = loaded.into_iter().map(|(individual, _)| individual).collect();
     let answers: Vec<Vec<f32>> = individuals
         .iter()
         .map(|individual| answers(&*executor, individual, &set))

@@ -63,7 +63,7 @@ pub enum FaultKind {
     #[error("there is no folder {}", .0.display())]
     NoFolder(PathBuf),
     /// The folder has no `labels.csv`.
-    #[error("{} is missing; it needs the header `image,x,y` and a row for each case", .0.display())]
+    #[error("{} is missing; it needs the header `image,x,y` and a row for each case (`vsonar label` makes it)", .0.display())]
     NoTable(PathBuf),
     /// `labels.csv` cannot be read.
     #[error("the table cannot be read: {0}")]

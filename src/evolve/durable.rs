@@ -22,7 +22,7 @@ fn remedy(error: &io::Error) -> &'static str {
             "; the run is kept as of its last complete generation: make room on the disk, then go on with `--resume`"
         }
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-            "; choose a folder that can be written with `--out`"
+            "; choose a place that can be written: by `--out`, or, to go on with a run, by copying its folder there"
         }
         _ => "",
     }

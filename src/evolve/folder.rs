@@ -38,7 +38,7 @@ pub enum FolderError {
     )]
     Exists(PathBuf),
     /// It is not a run folder.
-    #[error("{}: there is no settings.toml, so this is not a run folder; start a new run with another `--out`", .0.display())]
+    #[error("{}: there is no settings.toml, so this is not a run folder; give a folder that `vsonar evolve` has made", .0.display())]
     NotARun(PathBuf),
     /// Another process writes it.
     #[error("{}: another process is writing this run folder; wait until it has ended, or stop it", .0.display())]

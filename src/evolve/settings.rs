@@ -107,6 +107,17 @@ pub enum SettingsError {
     /// A field has a value it cannot have.
     #[error("{0}")]
     Value(Box<Fault>),
+    /// A run folder's settings are not all there.
+    #[error(
+        "{file}: the setting `{field}` is missing, so the file is damaged: in a run folder all of them stand; take it from a copy of the \
+         folder"
+    )]
+    Incomplete {
+        /// Where the text comes from.
+        file: String,
+        /// The first field that is missing, by dotted name.
+        field: String,
+    },
     /// A resumed run was asked for fewer generations than it was made for.
     #[error(
         "the run was made for {made} generations and cannot be cut to {asked}; only more can be asked for"
@@ -234,7 +245,36 @@ impl Settings {
     pub fn from_record(text: &str, file: &str) -> Result<Settings, SettingsError> {
         let mut settings = Settings::default_preset();
         settings.reset_later();
+        // What is no TOML is told with its place below.
+        if let Ok(table) = text.parse::<toml::Table>() {
+            let lacking = |(table_name, field): &(Option<String>, String)| match table_name {
+                None => !table.contains_key(field),
+                Some(name) => table.get(name).is_none_or(|table| table.get(field).is_none()),
+            };
+            if let Some((table_name, field)) = settings.always_recorded().into_iter().find(lacking) {
+                let field = table_name.map_or_else(|| field.clone(), |name| format!("{name}.{field}"));
+                return Err(SettingsError::Incomplete { file: file.to_string(), field });
+            }
+        }
         settings.with_toml(text, file)
+    }
+
+    /// The fields that every run folder has had: those that stand in it whatever their values, each with its table.
+    fn always_recorded(&self) -> Vec<(Option<String>, String)> {
+        let mut text = String::new();
+        self.write(&mut text, true);
+        // The text is the library's own.
+        let table: toml::Table = text.parse().unwrap_or_default();
+        let mut fields = Vec::new();
+        for (name, value) in table {
+            match value {
+                toml::Value::Table(inner) => {
+                    fields.extend(inner.into_iter().map(|(field, _)| (Some(name.clone()), field)));
+                }
+                _ => fields.push((None, name)),
+            }
+        }
+        fields
     }
 
     /// These settings with what `text` gives laid over them. A preset it names counts first. To check only what

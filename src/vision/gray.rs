@@ -3,7 +3,8 @@
 use std::io::{self, BufRead, Cursor, Seek};
 use std::path::{Path, PathBuf};
 
-use image::{DynamicImage, GrayImage, ImageFormat, ImageReader, Limits, Luma};
+use image::metadata::Orientation;
+use image::{DynamicImage, GrayImage, ImageDecoder, ImageFormat, ImageReader, Limits, Luma};
 use vsonar_ir::Program;
 
 use super::jpeg;
@@ -89,6 +90,24 @@ pub fn decode_gray(bytes: &[u8], path: &Path) -> Result<GrayImage, ImageError> {
     let io = |source| ImageError::Io { path: path.to_owned(), source };
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(io)?;
     decode(reader, path, || Ok(bytes.to_vec()))
+}
+
+/// Whether a file has a tag that asks viewers to turn or mirror the picture. Detectors see it as it is stored, so what
+/// somebody has marked in a viewer would not fit it. False if the file cannot be read.
+pub fn is_turned(path: &Path) -> bool {
+    ImageReader::open(path).is_ok_and(asks_to_be_turned)
+}
+
+/// The same of the bytes of an image file.
+pub fn is_turned_bytes(bytes: &[u8]) -> bool {
+    asks_to_be_turned(ImageReader::new(Cursor::new(bytes)))
+}
+
+fn asks_to_be_turned<R: BufRead + Seek>(reader: ImageReader<R>) -> bool {
+    let Ok(mut reader) = reader.with_guessed_format() else { return false };
+    reader.limits(limits());
+    let orientation = reader.into_decoder().and_then(|mut decoder| decoder.orientation());
+    orientation.is_ok_and(|orientation| orientation != Orientation::NoTransforms)
 }
 
 /// Decodes what the reader holds; `whole` gives all of its bytes.

@@ -46,7 +46,7 @@ pub mod strips;
 pub mod sums;
 
 pub use arena::Arena;
-pub use gray::{ImageError, decode_gray, load_gray, to_gray};
+pub use gray::{ImageError, decode_gray, is_turned, is_turned_bytes, load_gray, to_gray};
 pub use planes::Planes;
 pub use strip_cache::CachedStrips;
 pub use strips::{CaseSet, CaseSetError, LANES, Lane, arena_len, strip_len};

@@ -110,10 +110,13 @@ fn a_part_of_the_images_and_a_table_for_people() {
     let report = eval(&place, "(set-a 20)", &["--match", "drive_a*"]);
     assert_eq!((&report["cases"], report["images"].as_array().map(Vec::len)), (&Value::from(12), Some(3)));
     let text = place.ok(&["eval", "p.gp", "--data", "data"]);
-    assert!(plain(&text) && text.contains("best constant per column") && text.contains("too near"), "{text}");
+    assert!(
+        plain(&text) && text.contains("on these very images: per column") && text.contains("too near"),
+        "{text}"
+    );
     assert!(text.contains("drive_a_4.png"), "{text}");
-    // An existing file of answers is replaced as a whole.
-    place.write("a.csv", "old\n".repeat(10_000));
+    // An earlier file of answers is replaced as a whole.
+    place.write("a.csv", format!("image,x,label,answer\n{}", "old\n".repeat(10_000)));
     place.ok(&["eval", "p.gp", "--data", "data", "--answers", "a.csv"]);
     assert_eq!(place.read("a.csv").lines().count(), 25);
 }
@@ -186,7 +189,7 @@ fn sensitivity_is_the_same_with_every_executor_and_has_a_table() {
     let differing = rows.iter().filter(|row| row["fitness"] != row["unmodified"]).count();
     assert!(differing > 5, "a threshold depends on the light: {rows:?}");
     let text = place.ok(&[&["eval", "p.gp", "--data", "data"], &part[..]].concat());
-    assert!(plain(&text) && text.contains("best constant per column"), "{text}");
+    assert!(plain(&text) && text.contains("on these very images: per column"), "{text}");
     for row in rows {
         let share = |field: &str| format!("{:.1} %", 100.0 * row[field].as_f64().expect("a share"));
         let line = text.lines().find(|line| {

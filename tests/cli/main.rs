@@ -18,6 +18,7 @@ mod import_faults;
 mod interruption;
 mod kill;
 mod live;
+mod mistakes;
 mod other;
 mod parts;
 mod report;

@@ -193,7 +193,9 @@ fn without_the_data_there_is_what_the_folder_tells() {
     let place = Place::new();
     evolved(&place, "1", "run", &[]);
     std::fs::rename(place.path("data"), place.path("moved")).expect("possible");
-    place.ok(&["report", "run"]);
+    let output = place.command(&["report", "run"]).output().expect("started");
+    let note = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && note.contains("`--data DIR` says where the images are now"), "{note}");
     let page = place.read("run/report.html");
     let all = elements(&page);
     assert_eq!(all.iter().filter(|e| e.name == "img").count(), 0);

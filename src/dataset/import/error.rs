@@ -61,6 +61,16 @@ pub enum ImportError {
     /// A picture cannot be decoded.
     #[error(transparent)]
     Image(#[from] ImageError),
+    /// A picture asks viewers to turn it.
+    #[error(
+        "{}: has an orientation tag, by which viewers turn the picture and what was marked in it, but detectors see it as it is \
+         stored; save picture and annotation upright, without the tag",
+        .path.display()
+    )]
+    Turned {
+        /// The picture, or the file that it is in.
+        path: PathBuf,
+    },
     /// A mask cannot be used.
     #[error("{}: {problem}", .path.display())]
     Mask {

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::mask::{Mask, surface};
 use super::{ImportError, Region, Surface, Value, Values, View, label, labelme};
-use crate::vision::load_gray;
+use crate::vision::{is_turned, load_gray};
 
 /// Most values of a mask that are remembered for a message.
 const VALUES: usize = 32;
@@ -98,9 +98,10 @@ impl Item {
     /// The picture, in gray, as it is.
     ///
     /// # Errors
-    /// If it cannot be read or decoded.
+    /// If it cannot be read or decoded, or asks to be turned.
     pub fn picture(&self) -> Result<GrayImage, ImportError> {
         match &self.picture {
+            Picture::File(path) if is_turned(path) => Err(ImportError::Turned { path: path.clone() }),
             Picture::File(path) => Ok(load_gray(path)?),
             Picture::Embedded(path) => labelme::embedded(path),
         }

@@ -15,7 +15,7 @@ use super::item::{Found, Ground, Item, Picture};
 use super::masks::files;
 use super::names::{below, leaf};
 use super::{ImportError, Labels, Named, Region, Surface, bounded};
-use crate::vision::decode_gray;
+use crate::vision::{decode_gray, is_turned_bytes};
 
 /// Most bytes of a file, the picture in it included.
 const MAX_BYTES: u64 = 512 << 20;
@@ -90,7 +90,12 @@ fn read(
     let file: File = bounded::json(path, MAX_BYTES)?;
     found.labels.extend(file.shapes.iter().map(|shape| shape.label.clone()));
     let given = file.path.unwrap_or_default();
-    let (name, picture) = if file.data.is_some() {
+    // A folder that is given counts more than a copy inside.
+    let there =
+        images.and_then(|images| Some(images.join(below(leaf(&given))?))).filter(|path| path.is_file());
+    let (name, picture) = if let Some(there) = there {
+        (format!("{folder}{}", leaf(&given)), Picture::File(there))
+    } else if file.data.is_some() {
         let own = path.with_extension("").file_name().unwrap_or_default().to_string_lossy().into_owned();
         let name = Some(leaf(&given)).filter(|name| !name.is_empty()).unwrap_or(&own);
         (format!("{folder}{name}"), Picture::Embedded(path.into()))
@@ -207,6 +212,9 @@ pub(super) fn embedded(path: &Path) -> Result<GrayImage, ImportError> {
             format!("{e}; save it again, or set it to null to take the file of imagePath"),
         )
     })?;
+    if is_turned_bytes(&bytes) {
+        return Err(ImportError::Turned { path: path.into() });
+    }
     Ok(decode_gray(&bytes, path)?)
 }
 

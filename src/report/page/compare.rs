@@ -213,8 +213,7 @@ pub(super) fn page(
         all.push((
             "curves",
             "Over the generations",
-            html! { div.plots {
-                @if lengths(runs) { p.caption { "Runs that ended sooner count as far as they got." } }
+            html! { @if lengths(runs) { p.caption { "Runs that ended sooner count as far as they got." } } div.plots {
                 (medians("c-best", "Best so far, in training", shares(), "", settings, |s| &s.best)?)
                 (medians("c-mean", "Mean fitness", shares(), "", settings, |s| &s.mean)?)
                 (medians("c-nodes", "Mean size", None, "nodes", settings, |s| &s.nodes)?)

@@ -88,6 +88,14 @@ impl Run {
         let best = folder.join("best.gp");
         let winner = if best.exists() { Some(Individual::load(&best)?) } else { None };
         let mut run = Run::progress(folder, data, &settings, text, records);
+        for name in ["log.jsonl", "hall_of_fame.jsonl"] {
+            if is_cut_off(&folder.join(name)) {
+                run.missing.push(format!(
+                    "The last line of {name} is cut off: the run is being recorded right now, or the file is damaged (`vsonar \
+                     evolve --resume` makes it again from the checkpoint)."
+                ));
+            }
+        }
         if winner.is_none() {
             run.missing.push("There is no best program yet (best.gp).".to_string());
         }
@@ -185,12 +193,22 @@ impl Compiled {
     }
 }
 
+/// Whether there is something after the last whole line of a file.
+fn is_cut_off(path: &Path) -> bool {
+    fs::read(path).is_ok_and(|bytes| bytes.last().is_some_and(|last| *last != b'\n'))
+}
+
 /// The lines of a file; none if there is no such file. A last line that is cut off before its end is not there yet.
 fn lines<T: DeserializeOwned>(path: &Path, what: &'static str) -> Result<Vec<T>, ReadError> {
-    let text = match fs::read_to_string(path) {
+    let bytes = match fs::read(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        text => text.map_err(|error| ReadError::File { path: path.to_path_buf(), error })?,
+        bytes => bytes.map_err(|error| ReadError::File { path: path.to_path_buf(), error })?,
     };
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+        ReadError::Line { path: path.to_path_buf(), line, what, fault: "it is not text (UTF-8)".to_string() }
+    })?;
     let whole = text.rfind('\n').map_or(0, |end| end + 1);
     let line = |(i, line): (usize, &str)| {
         serde_json::from_str(line).map_err(|fault| ReadError::Line {

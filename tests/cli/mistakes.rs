@@ -1,0 +1,182 @@
+//! Slips of a person: the wrong name for an output, a folder instead of a program, data that have changed. None of them
+//! costs anything, and each is told with what to do.
+
+use image::GrayImage;
+use serde_json::{Value, json};
+
+use crate::common::*;
+
+/// A run in `run`, trained on drive a and tested on drive b.
+fn evolved(place: &Place) {
+    let parts = ["--train-match", "drive_a*", "--holdout-match", "drive_b*"];
+    place.ok(&tiny(&[&parts[..], &["--quiet", "--out", "run"]].concat()));
+}
+
+#[test]
+fn outputs_replace_nothing_but_their_own_kind() {
+    let place = Place::new();
+    evolved(&place);
+    let image = "data/images/drive_a_0.png";
+    let image = if place.path(image).exists() { image } else { "data/drive_a_0.png" };
+    for precious in
+        ["data/labels.csv", "run/best.gp", "run/settings.toml", "run/checkpoint", "run/log.jsonl", image]
+    {
+        let eval = ["eval", "run/best.gp", "--data", "data", "--answers", precious];
+        for command in [&eval[..], &["report", "run", "--no-rivals", "--out", precious]] {
+            let complaint = place.fails(1, command);
+            assert!(complaint.contains(precious) && complaint.contains("choose another name"), "{complaint}");
+        }
+    }
+    // An earlier one is replaced, an empty file is filled.
+    place.write("answers.csv", "");
+    for _ in 0..2 {
+        place.ok(&["eval", "run", "--answers", "answers.csv"]);
+        place.ok(&["report", "run", "--no-rivals"]);
+    }
+}
+
+#[test]
+fn several_runs_do_not_move_into_one() {
+    let place = Place::new();
+    evolved(&place);
+    let complaint = place.fails(1, &tiny(&["--runs", "2", "--out", "run"]));
+    assert!(complaint.contains("run: this is the folder of one run"), "{complaint}");
+}
+
+#[test]
+fn a_run_folder_is_as_good_as_its_program() {
+    let place = Place::new();
+    evolved(&place);
+    assert_eq!(place.ok(&["ir", "run"]), place.ok(&["ir", "run/best.gp"]));
+    place.ok(&["show", "run", "--data", "data", "--out", "pictures"]);
+    place.ok(&["export", "run", "--size", "64x48", "--emit", "c", "--out", "exported"]);
+    for command in [
+        &["show", "data", "--data", "data", "--out", "x"][..],
+        &["ir", "data"],
+        &["drive", "data"],
+        &["eval", "data"],
+    ] {
+        let complaint = place.fails(1, command);
+        assert!(complaint.contains("data") && complaint.contains("run folder"), "{complaint}");
+    }
+    let complaint = place.fails(1, &["report", "nowhere"]);
+    assert!(complaint.contains("`vsonar evolve` has made"), "{complaint}");
+}
+
+#[test]
+fn images_of_another_size_are_worth_a_note() {
+    let place = Place::new();
+    evolved(&place);
+    place.ok(&["data", "synth", "large", "--size", "80x60", "--frames", "2"]);
+    let eval = ["eval", "run/best.gp", "--data", "large"];
+    for command in [&eval[..], &["show", "run", "--data", "large", "--out", "x"]] {
+        let output = place.command(command).output().expect("started");
+        let note = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{note}");
+        assert!(note.contains("evolved on images of 64x48") && note.contains("these have 80x60"), "{note}");
+    }
+}
+
+#[test]
+fn constants_are_said_to_be_of_which_images() {
+    let place = Place::new();
+    evolved(&place);
+    let text = place.ok(&["eval", "run"]);
+    assert!(text.contains("best constants of the training images: per column"), "{text}");
+    assert!(text.contains("constants chosen on these very images: per column"), "{text}");
+    let value = |arguments: &[&str]| -> Value { serde_json::from_str(&place.ok(arguments)).expect("JSON") };
+    let tested = value(&["eval", "run", "--json"]);
+    let page = value(&["report", "run", "--no-rivals", "--json"]);
+    let score = &page["runs"][0]["scores"][1];
+    assert_eq!(tested["trained_constant"]["per_column_fitness"], score["constant_per_column"]);
+    assert_eq!(tested["trained_constant"]["fitness"], score["constant"]);
+    let training = place.ok(&["eval", "run", "--part", "train"]);
+    assert!(!training.contains("of the training images"), "they are these: {training}");
+}
+
+#[test]
+fn changed_data_are_told_with_what_works() {
+    let place = Place::new();
+    evolved(&place);
+    let table = place.read("data/labels.csv");
+    let (rest, _) = table.trim_end().rsplit_once('\n').expect("rows");
+    place.write("data/labels.csv", format!("{rest}\n"));
+    let complaint = place.fails(1, &["eval", "run"]);
+    for part in ["run/settings.toml", "other held-out data", "data", "`vsonar eval run --data DIR`"] {
+        assert!(complaint.contains(part), "{part}: {complaint}");
+    }
+    place.ok(&["eval", "run", "--data", "data"]);
+    // The report says on the terminal what it lacks.
+    let output = place.command(&["report", "run"]).output().expect("started");
+    let note = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && note.contains("note: run: Scores, errors"), "{note}");
+    assert!(!note.contains("says where the images are now"), "they are there: {note}");
+}
+
+#[test]
+fn damaged_settings_are_no_settings() {
+    let place = Place::new();
+    evolved(&place);
+    let whole = place.read("run/settings.toml");
+    let cut = whole.find("[selection]").expect("a table");
+    for (text, field) in [("", "breeding."), (&whole[..cut], "selection.")] {
+        place.write("run/settings.toml", text);
+        for command in
+            [&["report", "run"][..], &["evolve", "--resume", "run", "--generations", "9"], &["eval", "run"]]
+        {
+            let complaint = place.fails(1, command);
+            assert!(complaint.contains("run/settings.toml"), "{complaint}");
+            if command[0] != "eval" {
+                assert!(complaint.contains(field) && complaint.contains("damaged"), "{complaint}");
+            }
+        }
+    }
+    place.write("run/settings.toml", &whole);
+    let log = place.read("run/log.jsonl");
+    place.write("run/log.jsonl", &log[..log.len() - 20]);
+    let output = place.command(&["report", "run", "--no-rivals"]).output().expect("started");
+    let note = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && note.contains("log.jsonl is cut off"), "{note}");
+    place.write("run/log.jsonl", [log.as_bytes(), b"\xff\xfe\n"].concat());
+    let complaint = place.fails(1, &["report", "run", "--no-rivals"]);
+    assert!(complaint.contains(&format!("run/log.jsonl:{}: ", log.lines().count() + 1)), "{complaint}");
+    assert!(complaint.contains("not text"), "{complaint}");
+}
+
+/// A JPEG file with an orientation tag.
+fn photo(orientation: u8) -> Vec<u8> {
+    let mut jpeg = std::io::Cursor::new(Vec::new());
+    let pixels = GrayImage::from_fn(64, 48, |x, y| image::Luma([(x * 2 + y) as u8]));
+    pixels.write_to(&mut jpeg, image::ImageFormat::Jpeg).expect("in memory");
+    let jpeg = jpeg.into_inner();
+    // TIFF header, one entry: tag 0x112, a short.
+    let mut exif = b"Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0".to_vec();
+    exif.extend([orientation, 0, 0, 0, 0, 0, 0]);
+    let length = (exif.len() + 2) as u16;
+    [&jpeg[..2], b"\xff\xe1", &length.to_be_bytes(), &exif, &jpeg[2..]].concat()
+}
+
+#[test]
+fn photographs_that_viewers_turn_are_not_imported() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("photos")).expect("writable");
+    std::fs::create_dir(place.path("masks")).expect("writable");
+    let mask = GrayImage::from_fn(64, 48, |_, y| image::Luma([u8::from(y > 20)]));
+    mask.save(place.path("masks/a.png")).expect("writable");
+    let floor = json!([[0, 20], [64, 20], [64, 48], [0, 48]]);
+    let shapes = json!([{"label": "floor", "points": floor, "shape_type": "polygon"}]);
+    let labelme = json!({"imagePath": "a.jpg", "imageWidth": 64, "imageHeight": 48, "shapes": shapes});
+    place.write("photos/a.json", labelme.to_string());
+    let masks = ["data", "import", "masks", "photos", "masks", "--ground", "1", "--out"];
+    let shapes = ["data", "import", "labelme", "photos", "--ground", "floor", "--out"];
+    for orientation in [3, 6] {
+        place.write("photos/a.jpg", photo(orientation));
+        for command in [&masks[..], &shapes] {
+            let complaint = place.fails(1, &[command, &["x"]].concat());
+            assert!(complaint.contains("a.jpg: has an orientation tag"), "{complaint}");
+        }
+    }
+    place.write("photos/a.jpg", photo(1));
+    place.ok(&[&masks[..], &["m"]].concat());
+    place.ok(&[&shapes[..], &["s"]].concat());
+}
