@@ -119,7 +119,7 @@ fn damaged_settings_are_no_settings() {
     evolved(&place);
     let whole = place.read("run/settings.toml");
     let cut = whole.find("[selection]").expect("a table");
-    for (text, field) in [("", "breeding."), (&whole[..cut], "selection.")] {
+    for text in ["", &whole[..cut]] {
         place.write("run/settings.toml", text);
         for command in
             [&["report", "run"][..], &["evolve", "--resume", "run", "--generations", "9"], &["eval", "run"]]
@@ -127,7 +127,7 @@ fn damaged_settings_are_no_settings() {
             let complaint = place.fails(1, command);
             assert!(complaint.contains("run/settings.toml"), "{complaint}");
             if command[0] != "eval" {
-                assert!(complaint.contains(field) && complaint.contains("damaged"), "{complaint}");
+                assert!(complaint.contains("is missing") && complaint.contains("damaged"), "{complaint}");
             }
         }
     }
