@@ -66,7 +66,7 @@ pub enum FaultKind {
     #[error("{} is missing; it needs the header `image,x,y` and a row for each case (`vsonar label` makes it)", .0.display())]
     NoTable(PathBuf),
     /// `labels.csv` cannot be read.
-    #[error("the table cannot be read: {0}")]
+    #[error("labels.csv cannot be read: {0}; check the file and its permissions")]
     Table(String),
     /// The header lacks columns or has one of them twice.
     #[error("the header is `{found}`, {problem}; it must name the columns image, x and y")]

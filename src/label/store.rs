@@ -30,7 +30,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// A file could not be read or written.
-    #[error("{}: cannot {action}: {source}{}", .path.display(), remedy(source))]
+    #[error("{}: cannot {action}: {source}{}", .path.display(), remedy(action, source))]
     File {
         /// The file.
         path: PathBuf,
@@ -68,8 +68,9 @@ pub enum StoreError {
     Locked(PathBuf),
 }
 
-fn remedy(error: &io::Error) -> &'static str {
+fn remedy(action: &str, error: &io::Error) -> &'static str {
     match error.kind() {
+        io::ErrorKind::PermissionDenied if action.starts_with("read") => "; make the file readable",
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
             "; make the folder writable, or label a copy of it"
         }
