@@ -173,6 +173,9 @@ struct Floor {
 struct Report {
     program: PathBuf,
     data: PathBuf,
+    /// What people call the images.
+    #[serde(skip)]
+    images_of: String,
     tolerance: f64,
     #[serde(flatten)]
     counts: Counts,
@@ -222,7 +225,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         }
         ANSWERS.write(file, &csv)?;
     }
-    let mut report = report(&args, program, tolerance, &set, &answers);
+    let mut report = Report { images_of: name, ..report(&args, program, tolerance, &set, &answers) };
     report.trained_constant = trained.map(|train| {
         let score = Constants::learn(&train, tolerance).score(&set);
         Trained { fitness: score.overall_share(), per_column_fitness: score.per_column_share() }
@@ -285,6 +288,7 @@ fn report(args: &Args, program: PathBuf, tolerance: f64, set: &Dataset, answers:
     Report {
         program,
         data: args.data.clone().unwrap_or_else(|| set.name().into()),
+        images_of: String::new(),
         tolerance,
         counts: counts(&|_| true),
         constant: Floor {
@@ -312,7 +316,7 @@ fn text(report: &Report) -> String {
         "{} on {}: {} ({} of {} cases within {} rows)\n\
          {}constants chosen on these very images: per column {}; one for all columns {}\n",
         report.program.display(),
-        report.data.display(),
+        report.images_of,
         percent(report.counts.fitness),
         report.counts.correct,
         report.counts.cases,
