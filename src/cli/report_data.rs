@@ -31,6 +31,7 @@ pub(super) struct Wanted<'a> {
     /// The camera, if it is told.
     pub(super) camera: Option<Camera>,
     pub(super) rivals: bool,
+    pub(super) explanation: bool,
     pub(super) pictures: bool,
     pub(super) executor: Arc<dyn Executor>,
     pub(super) memory: MemoryArgs,
@@ -197,7 +198,7 @@ fn evaluate(
     if let Some(program) = &mut run.program {
         program.compiled = Some(Compiled::of(&best, size));
     }
-    if let Some((_, set, _)) = last.as_ref().filter(|_| wanted.pictures) {
+    if let Some((_, set, _)) = last.as_ref().filter(|_| wanted.explanation) {
         wanted.progress.set_message(format!("{}: explaining", printable(folder)));
         match explain(&best, set, tolerance)? {
             Ok(explanation) => {

@@ -2,12 +2,15 @@
 
 use std::fmt::Write as _;
 
+use vsonar_ir::Moment;
+
 use super::Explanation;
-use super::listing::{Expr, Listing, Sign};
+use super::listing::{Course, Expr, Listing, Sign, Stmt, Sweep};
 use super::profile::percent;
-use super::uses::TreeUses;
+use super::uses::{Renamed, TreeUses};
 use super::visit::Visitor;
 use crate::statistics::Quartiles;
+use crate::tree::Shortest;
 
 /// So many contributions are shown in a text.
 const CONTRIBUTIONS: usize = 24;
@@ -122,12 +125,10 @@ fn escape(text: &str) -> String {
 /// The listing with numbers before the lines and, where there is data, what happens at each after them.
 pub fn listing(explanation: &Explanation) -> String {
     let lines = explanation.listing.lines();
-    let margins: Vec<String> = lines
-        .iter()
-        .map(|line| {
-            explanation.profile.as_ref().map_or(String::new(), |p| p.margin(&explanation.listing, line))
-        })
-        .collect();
+    let margins = match &explanation.profile {
+        Some(profile) => profile.margins(&explanation.listing),
+        None => vec![String::new(); lines.len()],
+    };
     let with_margin = lines.iter().zip(&margins).filter(|(_, margin)| !margin.is_empty());
     let width = with_margin.map(|(line, _)| line.text.chars().count()).max().unwrap_or(0).min(84);
     let mut out = String::new();
@@ -157,6 +158,11 @@ pub fn notes(listing: &Listing) -> Vec<String> {
         power: bool,
         register: bool,
         iter2: bool,
+        y: bool,
+        x_obstacle: bool,
+        window: bool,
+        square: bool,
+        not_finite: bool,
     }
     impl Visitor for Seen {
         fn expr(&mut self, expr: &mut Expr) {
@@ -165,6 +171,13 @@ pub fn notes(listing: &Listing) -> Vec<String> {
                 Expr::Power(_, n) => self.power |= *n > 2,
                 Expr::Register(_) => self.register = true,
                 Expr::Iter2(_) => self.iter2 = true,
+                Expr::Y => self.y = true,
+                Expr::XObstacle => self.x_obstacle = true,
+                Expr::Window(operand) => {
+                    self.window = true;
+                    self.square |= operand.moment == Moment::MeanSquare;
+                }
+                Expr::Const(value) => self.not_finite |= !value.is_finite(),
                 _ => {}
             }
         }
@@ -172,12 +185,45 @@ pub fn notes(listing: &Listing) -> Vec<String> {
     let mut seen = Seen::default();
     listing.clone().sweeps_mut().for_each(|sweep| sweep.visit(&mut seen));
     let text = listing.to_string();
-    let mut notes = vec![
-        "A window that moves does so by one pixel at a time. y is the row of its centre, from the top; x-obstacle the column asked \
-         about; an operator's name its average over the window (-sq: of its squares). The answer is the last a."
-            .to_string(),
-    ];
-    if listing.sweeps().any(|sweep| sweep.column != Expr::XObstacle) {
+    let mut notes = Vec::new();
+    let moves = |sweep: &Sweep| matches!(sweep.course, Course::Moves(_));
+    if listing.sweeps().any(moves) {
+        notes.push("A window that moves does so by one pixel at a time.".to_string());
+    }
+    if !listing.sweeps().all(moves) {
+        notes.push(
+            "Of a window that stands only the last position of its way makes a difference.".to_string(),
+        );
+    }
+    if listing.sweeps().any(|sweep| sweep.operands().is_empty()) {
+        notes.push(
+            "A window over which nothing is averaged has the size and column that are least, for these make no difference."
+                .to_string(),
+        );
+    }
+    let mut words = Vec::new();
+    if seen.y {
+        words.push("y is the row of the window's centre, from the top");
+    }
+    if seen.x_obstacle {
+        words.push("x-obstacle is the column asked about");
+    }
+    if seen.window {
+        words.push(match seen.square {
+            true => "an operator's name is its average over the window, with -sq that of its squares",
+            false => "an operator's name is its average over the window",
+        });
+    }
+    words.push("the answer is the last a, a row from the top");
+    notes.push(sentence(&words.join("; ")));
+    match &listing.second.body[..] {
+        [Stmt::Assign(_, 0, Expr::Const(value))] if !moves(&listing.second) => {
+            notes.push(format!("Here it is {} whatever is in the image.", Shortest(*value)));
+        }
+        _ if !seen.window => notes.push("Nothing of the image is looked at.".to_string()),
+        _ => {}
+    }
+    if listing.sweeps().any(|sweep| !matches!(sweep.column, Expr::XObstacle | Expr::Const(_))) {
         notes.push("A column is rounded, and moved to where the window is inside the image.".to_string());
     }
     if text.contains("stop") {
@@ -200,10 +246,25 @@ pub fn notes(listing: &Listing) -> Vec<String> {
     if seen.power {
         notes.push("Each operation is rounded to binary32: x³ is x·x·x, x⁴ (x²)², x⁵ (x²)²·x.".to_string());
     }
+    if seen.not_finite {
+        notes.push(
+            "inf is greater than any number, NaN is none; as an answer neither is correct.".to_string(),
+        );
+    }
     if text.contains('≰') || text.contains('≮') {
-        notes.push("≰ and ≮ hold also where a value is not a number.".to_string());
+        notes.push("≰ and ≮ hold also where a value is not a number (NaN).".to_string());
     }
     notes
+}
+
+/// Words with a capital at the beginning, unless they begin with a name, and a stop.
+fn sentence(words: &str) -> String {
+    let name = words.starts_with("y ") || words.starts_with("x-");
+    let mut chars = words.chars();
+    match chars.next() {
+        Some(first) if !name => format!("{}{}.", first.to_ascii_uppercase(), chars.as_str()),
+        _ => format!("{words}."),
+    }
 }
 
 /// What is used, line by line.
@@ -212,17 +273,19 @@ pub fn uses(explanation: &Explanation) -> Vec<String> {
     let (nodes, live) = uses.nodes();
     let (at_most, more) = if uses.complete { ("", "") } else { ("at most ", " or more") };
     let mut out = vec![format!(
-        "{at_most}{live} of {nodes} nodes do anything; introns: {}{more} ({}). {} operations before the optimiser, {} after.",
+        "{at_most}{live} of {nodes} nodes do anything; introns: {}{more} ({}). {} operation{} before the optimiser, {} after.",
         nodes - live,
         percent((nodes - live) as f64 / nodes.max(1) as f64),
         uses.operations_before,
+        if uses.operations_before == 1 { "" } else { "s" },
         uses.operations,
     )];
-    out.extend(uses.trees.iter().map(tree_uses));
+    let merged = |tree: &TreeUses| tree.tree == "first" && explanation.listing.first.is_none();
+    out.extend(uses.trees.iter().map(|tree| tree_uses(tree, merged(tree))));
     out
 }
 
-fn tree_uses(tree: &TreeUses) -> String {
+fn tree_uses(tree: &TreeUses, merged: bool) -> String {
     let list = |names: &[&str]| if names.is_empty() { "none".to_string() } else { names.join(", ") };
     let name = if tree.tree == "only" { "the tree".to_string() } else { format!("{} tree", tree.tree) };
     if tree.live == 0 {
@@ -233,7 +296,7 @@ fn tree_uses(tree: &TreeUses) -> String {
         names => format!(" (in the tree, but not needed: {})", names.join(", ")),
     };
     format!(
-        "{name}: {} of {} nodes; operators {}{}; registers stored {}, read {}{}",
+        "{name}: {} of {} nodes; operators {}{}; registers stored {}, read {}{}{}",
         tree.live,
         tree.nodes,
         list(&tree.operators),
@@ -241,7 +304,34 @@ fn tree_uses(tree: &TreeUses) -> String {
         list(&tree.stored),
         list(&tree.read),
         idle(&tree.idle_registers),
+        if merged {
+            "; in the listing it is a part of the only tree there".to_string()
+        } else {
+            renamed(&tree.listing)
+        },
     )
+}
+
+/// Where the listing's registers are not those of the tree.
+fn renamed(listing: &Renamed) -> String {
+    let mut parts: Vec<String> =
+        listing.other_letter.iter().map(|[tree, listing]| format!("{tree} is called {listing}")).collect();
+    if !listing.without.is_empty() {
+        parts.push(format!("{} not there", are(&listing.without)));
+    }
+    if !listing.own.is_empty() {
+        parts.push(format!("{} the optimiser's own", are(&listing.own)));
+    }
+    if parts.is_empty() { String::new() } else { format!("; in the listing {}", parts.join(", ")) }
+}
+
+/// Names and a verb.
+fn are(names: &[&str]) -> String {
+    match names {
+        [one] => format!("{one} is"),
+        [some @ .., last] => format!("{} and {last} are", some.join(", ")),
+        [] => String::new(),
+    }
 }
 
 /// How the program does on the data.

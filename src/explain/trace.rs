@@ -1,5 +1,6 @@
 //! One case, pixel by pixel: what the window sees at every position, what is stored, which branches are taken.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use serde::Serialize;
@@ -78,23 +79,22 @@ struct Watch<'a, W> {
     windows: &'a W,
     sweeps: Vec<Watched<'a>>,
     traces: Vec<SweepTrace>,
-    here: Vec<(Site, bool)>,
+    here: BTreeMap<Site, bool>,
 }
 
 impl<W: Windows> Observer for Watch<'_, W> {
     fn site(&mut self, _: usize, site: Site, held: bool) {
-        self.here.push((site, held));
+        self.here.entry(site).or_insert(held);
     }
 
     fn position(&mut self, number: usize, at: &Position) {
         let Watched { sweep, operands, registers, choices } = &self.sweeps[number];
         let window = |&operand: &Operand| WindowAt { operand, rect: sweep.rect, x: at.x, y: at.y };
-        let held = |site: &Site| self.here.iter().find(|(s, _)| s == site).map(|(_, held)| *held);
         let position = TracePosition {
             y: at.y,
             averages: operands.iter().map(|operand| self.windows.average(window(operand))).collect(),
             registers: registers.iter().map(|&k| at.registers[usize::from(k)]).collect(),
-            branches: choices.iter().map(held).collect(),
+            branches: choices.iter().map(|site| self.here.get(site).copied()).collect(),
             stopped: at.stopped,
         };
         self.traces[number].x = at.x;
@@ -145,7 +145,7 @@ impl Trace {
         let cases = set.case_set();
         let of = set.cases()[case];
         let windows = cases.image(case);
-        let mut watch = Watch { windows, sweeps, traces, here: Vec::new() };
+        let mut watch = Watch { windows, sweeps, traces, here: BTreeMap::new() };
         let outcome = listing.run(windows, of.x as f32, &mut watch);
         Trace {
             image: set.images()[of.image].name.clone(),
