@@ -3,7 +3,8 @@
 
 mod common;
 
-use vsonar::explain::{Explanation, Listing, text};
+use vsonar::dataset::{Case, Dataset, NamedImage};
+use vsonar::explain::{Explanation, Listing, Trace, text};
 use vsonar::ir::generate::Random as Small;
 use vsonar::ir::{Program, reference};
 use vsonar::lower::lower;
@@ -103,11 +104,11 @@ fn chains_of_thousands_of_choices_have_a_listing_on_a_small_stack() {
     let mut random = Small::new(3);
     let images: Vec<_> = (0..2).map(|_| common::image(&mut random, 24, 16)).collect();
     let cases = common::case_set(&images, &[(0, 3), (1, 8), (1, 20)]);
-    for (what, text) in long_programs() {
+    for (what, text) in &long_programs() {
         on_a_small_stack(|| {
             let individual: Individual = text.parse().expect("a program");
-            let explanation = Explanation::new(&individual, 24, 16).unwrap_or_else(|e| panic!("{what}: {e}"));
-            let listing = explanation.listing.clone();
+            let program = vsonar::ir::opt::optimise(&lower(&individual, 24, 16));
+            let listing = Listing::of(&program).unwrap_or_else(|e| panic!("{what}: {e}"));
             assert!(listing.second.choice_sites().len() >= CHOICES / 2, "{what}: no chain is left");
             let text = listing.to_string();
             let deepest = text.lines().map(|line| line.len() - line.trim_start().len()).max();
@@ -120,6 +121,24 @@ fn chains_of_thousands_of_choices_have_a_listing_on_a_small_stack() {
             }
         });
     }
+}
+
+#[test]
+fn a_chain_of_thousands_of_choices_is_explained_on_a_small_stack() {
+    let (_, text) = &long_programs()[0];
+    on_a_small_stack(|| {
+        let individual: Individual = text.parse().expect("a program");
+        let mut explanation = Explanation::new(&individual, 24, 16).expect("an explanation");
+        assert!(explanation.listing.to_string().matches("else if ").count() >= CHOICES - 1);
+        let pixels = common::image(&mut Small::new(5), 24, 16);
+        let images = vec![NamedImage { name: "one".into(), pixels }];
+        let set = Dataset::new("set", images, vec![Case { image: 0, x: 4, y: 5 }]).expect("sound");
+        explanation.add_data(&set, 10.0).expect("the same answers");
+        let trace = Trace::of(&explanation.listing, &set, 0);
+        assert!(trace.sweeps[0].choices.len() >= CHOICES);
+        let [text, markdown] = [text::text, text::markdown].map(|of| of(&explanation, "long"));
+        assert!(text.contains("else if") && markdown.contains("else if"));
+    });
 }
 
 /// A program in the compiler's form, which unlike a tree may be nested as deeply as it is long. Of each choice's number,

@@ -40,6 +40,7 @@ mod letters;
 pub mod listing;
 mod names;
 mod naming;
+mod notes;
 mod order;
 mod parse;
 mod print;

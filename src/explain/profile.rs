@@ -174,9 +174,10 @@ impl Profile {
             parts.push(format!("{} ×", of(&site).held));
         }
         if let Some(site) = line.sites.iter().find(|site| is_stop(site)) {
-            let at = of(site)
-                .stops_at
-                .map_or(String::new(), |q| format!(", mostly at position {:.0} to {:.0}", q.lower, q.upper));
+            let at = of(site).stops_at.map_or(String::new(), |q| match (q.lower, q.upper) {
+                (lower, upper) if lower == upper => format!(", mostly at position {lower:.0}"),
+                (lower, upper) => format!(", mostly at position {lower:.0} to {upper:.0}"),
+            });
             parts.push(format!("stops {} of {} cases{at}", of(site).held, self.cases));
         }
         parts.join("   ")
@@ -263,7 +264,7 @@ mod tests {
         let margin = |i: usize| &margins[i];
         assert_eq!(margin(3), " 6.5 % | 93.5 %");
         assert_eq!(margin(4), "2 ×");
-        assert_eq!(margin(5), "stops 2 of 3 cases, mostly at position 8 to 8");
+        assert_eq!(margin(5), "stops 2 of 3 cases, mostly at position 8");
         assert_eq!(margin(6), " 6.9 % | 93.1 %   b > 0: 50.0 %");
     }
 

@@ -2,20 +2,20 @@
 
 use std::fmt::Write as _;
 
-use vsonar_ir::Moment;
-
 use super::Explanation;
-use super::listing::{Course, Expr, Listing, Sign, Stmt, Sweep};
+use super::listing::Course;
 use super::profile::percent;
 use super::uses::{Renamed, TreeUses};
-use super::visit::Visitor;
 use crate::statistics::Quartiles;
-use crate::tree::Shortest;
+
+pub use super::notes::notes;
 
 /// So many contributions are shown in a text.
 const CONTRIBUTIONS: usize = 24;
 /// The length of lines.
 const WIDTH: usize = 100;
+/// Of lines that are no longer the margins stand below one another.
+const MARGIN: usize = 108;
 /// A part of a listing is cut to this length in a table.
 const PART: usize = 60;
 
@@ -34,7 +34,7 @@ pub fn text(explanation: &Explanation, name: &str) -> String {
         sweeps(explanation).iter().for_each(|line| wrap(line, "  ", &mut out));
     }
     if !explanation.contributions.tried.is_empty() {
-        let _ = writeln!(out, "\nWithout each part, the greatest loss first");
+        let _ = writeln!(out, "\n{}", without(explanation));
         let rows = contributions(explanation);
         let widths: Vec<usize> =
             (0..5).map(|i| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0)).collect();
@@ -96,7 +96,7 @@ pub fn markdown(explanation: &Explanation, name: &str) -> String {
         }
     }
     if !explanation.contributions.tried.is_empty() {
-        let _ = writeln!(out, "\n## Without each part\n");
+        let _ = writeln!(out, "\n## {}\n", without(explanation));
         let rows = contributions(explanation);
         for (i, row) in rows.iter().enumerate() {
             let cells: Vec<String> = row.iter().map(|cell| escape(cell)).collect();
@@ -130,7 +130,8 @@ pub fn listing(explanation: &Explanation) -> String {
         None => vec![String::new(); lines.len()],
     };
     let with_margin = lines.iter().zip(&margins).filter(|(_, margin)| !margin.is_empty());
-    let width = with_margin.map(|(line, _)| line.text.chars().count()).max().unwrap_or(0).min(84);
+    let lengths = with_margin.map(|(line, _)| line.text.chars().count());
+    let width = lengths.filter(|length| *length <= MARGIN).max().unwrap_or(0);
     let mut out = String::new();
     for (i, (line, margin)) in lines.iter().zip(&margins).enumerate() {
         let gap = if margin.is_empty() { "" } else { "  │ " };
@@ -148,123 +149,6 @@ pub fn checked(explanation: &Explanation) -> String {
          bit for bit.",
         checked.answers, checked.on
     )
-}
-
-/// How to read a listing: of the rules those that it needs.
-pub fn notes(listing: &Listing) -> Vec<String> {
-    #[derive(Default)]
-    struct Seen {
-        protected: bool,
-        power: bool,
-        register: bool,
-        iter2: bool,
-        y: bool,
-        x_obstacle: bool,
-        window: bool,
-        square: bool,
-        not_finite: bool,
-    }
-    impl Visitor for Seen {
-        fn expr(&mut self, expr: &mut Expr) {
-            match expr {
-                Expr::Binary(Sign::Protected, ..) => self.protected = true,
-                Expr::Power(_, n) => self.power |= *n > 2,
-                Expr::Register(_) => self.register = true,
-                Expr::Iter2(_) => self.iter2 = true,
-                Expr::Y => self.y = true,
-                Expr::XObstacle => self.x_obstacle = true,
-                Expr::Window(operand) => {
-                    self.window = true;
-                    self.square |= operand.moment == Moment::MeanSquare;
-                }
-                Expr::Const(value) => self.not_finite |= !value.is_finite(),
-                _ => {}
-            }
-        }
-    }
-    let mut seen = Seen::default();
-    listing.clone().sweeps_mut().for_each(|sweep| sweep.visit(&mut seen));
-    let text = listing.to_string();
-    let mut notes = Vec::new();
-    let moves = |sweep: &Sweep| matches!(sweep.course, Course::Moves(_));
-    if listing.sweeps().any(moves) {
-        notes.push("A window that moves does so by one pixel at a time.".to_string());
-    }
-    if !listing.sweeps().all(moves) {
-        notes.push(
-            "Of a window that stands only the last position of its way makes a difference.".to_string(),
-        );
-    }
-    if listing.sweeps().any(|sweep| sweep.operands().is_empty()) {
-        notes.push(
-            "A window over which nothing is averaged has the size and column that are least, for these make no difference."
-                .to_string(),
-        );
-    }
-    let mut words = Vec::new();
-    if seen.y {
-        words.push("y is the row of the window's centre, from the top");
-    }
-    if seen.x_obstacle {
-        words.push("x-obstacle is the column asked about");
-    }
-    if seen.window {
-        words.push(match seen.square {
-            true => "an operator's name is its average over the window, with -sq that of its squares",
-            false => "an operator's name is its average over the window",
-        });
-    }
-    words.push("the answer is the last a, a row from the top");
-    notes.push(sentence(&words.join("; ")));
-    match &listing.second.body[..] {
-        [Stmt::Assign(_, 0, Expr::Const(value))] if !moves(&listing.second) => {
-            notes.push(format!("Here it is {} whatever is in the image.", Shortest(*value)));
-        }
-        _ if !seen.window => notes.push("Nothing of the image is looked at.".to_string()),
-        _ => {}
-    }
-    if listing.sweeps().any(|sweep| !matches!(sweep.column, Expr::XObstacle | Expr::Const(_))) {
-        notes.push("A column is rounded, and moved to where the window is inside the image.".to_string());
-    }
-    if text.contains("stop") {
-        notes.push("stop ends the sweep after this position; what is stored there counts.".to_string());
-    }
-    if seen.register {
-        notes.push(
-            "A register on the right has the value that the position before left, 0 at the first."
-                .to_string(),
-        );
-    } else {
-        notes.push("A register that nothing is stored in is 0.".to_string());
-    }
-    if seen.iter2 {
-        notes.push("iter2-… is a register of the first tree as it ended.".to_string());
-    }
-    if seen.protected {
-        notes.push("÷ is 1 where the divisor is 0.".to_string());
-    }
-    if seen.power {
-        notes.push("Each operation is rounded to binary32: x³ is x·x·x, x⁴ (x²)², x⁵ (x²)²·x.".to_string());
-    }
-    if seen.not_finite {
-        notes.push(
-            "inf is greater than any number, NaN is none; as an answer neither is correct.".to_string(),
-        );
-    }
-    if text.contains('≰') || text.contains('≮') {
-        notes.push("≰ and ≮ hold also where a value is not a number (NaN).".to_string());
-    }
-    notes
-}
-
-/// Words with a capital at the beginning, unless they begin with a name, and a stop.
-fn sentence(words: &str) -> String {
-    let name = words.starts_with("y ") || words.starts_with("x-");
-    let mut chars = words.chars();
-    match chars.next() {
-        Some(first) if !name => format!("{}{}.", first.to_ascii_uppercase(), chars.as_str()),
-        _ => format!("{words}."),
-    }
 }
 
 /// What is used, line by line.
@@ -351,20 +235,34 @@ pub fn sweeps(explanation: &Explanation) -> Vec<String> {
     let mut out = Vec::new();
     for (i, (sweep, of)) in profile.sweeps.iter().zip(explanation.listing.sweeps()).enumerate() {
         let name = if both { ["first tree", "second tree"][i] } else { "the tree" };
-        let mean = sweep.positions as f64 / profile.cases.max(1) as f64;
-        let mut line = format!("{name}: {mean:.1} positions in the mean");
+        let mut line = match of.course {
+            Course::Stands(_) => format!("{name}: one position in each case"),
+            Course::Moves(_) => {
+                let mean = sweep.positions as f64 / profile.cases.max(1) as f64;
+                format!("{name}: {mean:.1} positions in a case, in the mean")
+            }
+        };
         if !of.stop_sites().is_empty() {
             let _ = write!(line, "; a stop ends it in {} of {} cases", sweep.stopped, profile.cases);
         }
         out.push(line);
         for (i, at) in lines_of_stops(explanation, i) {
             let Quartiles { min, lower, median, upper, max } = at;
-            out.push(format!(
-                "stop in line {i}: at position {min:.0}, {lower:.0}, {median:.0}, {upper:.0}, {max:.0} \
-                 (least, quartiles, greatest)"
-            ));
+            out.push(if min == max {
+                format!("stop in line {i}: always at position {min:.0}")
+            } else {
+                format!(
+                    "stop in line {i}: at position {min:.0}, {lower:.0}, {median:.0}, {upper:.0}, {max:.0} \
+                     (least, quartiles, greatest; the first is 1)"
+                )
+            });
         }
     }
+    out.push(
+        "beside a line: of a choice how often its condition holds | does not; of what is stored how often (×); never come \
+         to: no case gets there"
+            .to_string(),
+    );
     out
 }
 
@@ -380,6 +278,15 @@ fn lines_of_stops(explanation: &Explanation, number: usize) -> Vec<(usize, Quart
         }
     }
     out
+}
+
+/// The words above the table of contributions.
+fn without(explanation: &Explanation) -> &'static str {
+    if explanation.contributions.tried.iter().any(|c| c.loss < 0.0) {
+        "Without each part, the greatest loss first (below 0: it does better without)"
+    } else {
+        "Without each part, the greatest loss first"
+    }
 }
 
 /// The table of contributions: a heading and rows of loss, fitness, line, part and what is in its place.

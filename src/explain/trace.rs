@@ -204,7 +204,8 @@ impl SweepTrace {
             let mut line = String::from(" ");
             for (i, text) in row.iter().enumerate() {
                 let width = widths[i];
-                let _ = if i + 1 == widths.len() || row.len() == 1 {
+                let words = i + 1 == widths.len() && self.has_branches();
+                let _ = if words || row.len() == 1 {
                     write!(line, " {text}")
                 } else {
                     write!(line, " {text:>width$} ")
@@ -214,14 +215,23 @@ impl SweepTrace {
         }
     }
 
+    /// Whether there is anything to say of branches.
+    fn has_branches(&self) -> bool {
+        !self.choices.is_empty() || self.positions.iter().any(|at| at.stopped)
+    }
+
     fn heading(&self) -> Vec<String> {
         let names = self.operators.iter().chain(&self.registers).map(|name| name.to_string());
-        std::iter::once("y".to_string()).chain(names).chain(["branches (line, held)".to_string()]).collect()
+        let branches = self.has_branches().then(|| "branches (line, held)".to_string());
+        std::iter::once("y".to_string()).chain(names).chain(branches).collect()
     }
 
     fn row(&self, at: &TracePosition) -> Vec<String> {
         let mut row = vec![at.y.to_string()];
         row.extend(at.averages.iter().chain(&at.registers).map(|&value| short(value)));
+        if !self.has_branches() {
+            return row;
+        }
         let mut taken: Vec<String> = self
             .choices
             .iter()

@@ -64,7 +64,7 @@ pub struct Renamed {
 impl Renamed {
     /// Of the tree's registers `needed` and the listing's that are stored or read, `there`; `alike` has the tree's
     /// registers that the listing's are alike to.
-    fn of(needed: [bool; 5], there: [bool; 5], alike: [u8; 5]) -> Renamed {
+    fn of(needed: [bool; 5], there: [bool; 5], alike: [u8; 5], has_answer: bool) -> Renamed {
         let is = |j: usize, k: usize| there[k] && alike[k] & (1 << j) != 0;
         let mut renamed = Renamed::default();
         for j in 0..5 {
@@ -75,7 +75,9 @@ impl Renamed {
                 None if needed[j] && !there[j] => renamed.without.push(name),
                 None => {}
             }
-            if there[j] && !(0..5).any(|k| needed[k] && is(k, j)) {
+            // The answer is called a whatever the tree has.
+            let is_answer = has_answer && j == 0;
+            if there[j] && !is_answer && !(0..5).any(|k| needed[k] && is(k, j)) {
                 renamed.own.push(name);
             }
         }
@@ -93,14 +95,15 @@ impl Uses {
     ) -> Uses {
         let two = individual.first().is_some();
         let renamed = |tree: usize| {
+            let has_answer = !two || tree == 1;
             let (sweep, alike) = match &listing.first {
-                _ if !two || tree == 1 => (&listing.second, letters.alike[1]),
+                _ if has_answer => (&listing.second, letters.alike[1]),
                 Some(first) => (first, letters.alike[0]),
                 None => return Renamed::default(),
             };
             let [stored, read] = sweep.registers();
             let there = std::array::from_fn(|k| stored[k] || read[k]);
-            Renamed::of(letters::needed(individual, live, tree), there, alike)
+            Renamed::of(letters::needed(individual, live, tree), there, alike, has_answer)
         };
         let trees = individual.trees().enumerate().map(|(i, tree)| {
             let name = if !two { "only" } else { ["first", "second"][i] };
