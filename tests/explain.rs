@@ -233,5 +233,16 @@ fn registers_of_the_listing_and_of_the_tree_are_told_apart() {
     assert!(listing.contains("c := raw") && !listing.contains("d := "), "{listing}");
     assert_eq!(tree.listing.other_letter, [["d", "c"]]);
     assert!(line.ends_with("; in the listing d is called c"), "{line}");
-    println!("{listing}{line}");
+    // A register that is a number once optimised.
+    let (listing, tree, line) = of("(prog2 (set-c 5) (set-a (+ read-c raw)))");
+    assert!(listing.contains("a := raw + 5"), "{listing}");
+    assert_eq!(tree.listing.without, ["c"]);
+    assert!(line.ends_with("; in the listing c is not there"), "{line}");
+    // A first tree that goes into the second.
+    let text =
+        "(individual (iterate-up 3x3 x-obstacle (set-e raw)) (iterate-down 4x4 x-obstacle (set-a iter2-e)))";
+    let explanation = Explanation::new(&text.parse().expect("a program"), 64, 48).expect("readable");
+    assert!(explanation.listing.first.is_none());
+    let first = text::uses(&explanation)[1].clone();
+    assert!(first.ends_with("; in the listing it is a part of the only tree there"), "{first}");
 }

@@ -125,3 +125,43 @@ fn sentence(words: &str) -> String {
         _ => format!("{words}."),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The notes on a listing with this head and body.
+    fn of(head: &str, body: &str) -> String {
+        let text = format!("images of 64 x 48 pixels\n\nthe tree: {head}\n    {body}\n\nanswer: a\n");
+        let listing: Listing = text.parse().unwrap_or_else(|e| panic!("{e}\n{text}"));
+        assert_eq!(listing.to_string(), text);
+        notes(&listing).join("\n")
+    }
+
+    #[test]
+    fn only_what_the_listing_needs_is_said() {
+        let constant = of("a 2 x 2 window stands at the bottom of column 0", "a := NaN");
+        assert_eq!(
+            constant,
+            "Of a window that stands only the last position of its way makes a difference.\n\
+             A window over which nothing is averaged is shown as small as may be, and in column 0 where that makes no \
+             difference.\n\
+             The answer is the last a, a row from the top.\n\
+             Here it is NaN whatever is in the image.\n\
+             inf is greater than any number, NaN is none; as an answer neither is correct."
+        );
+        assert_eq!(
+            of("an 8 x 8 window moves up column x-obstacle", "if raw-sq > y: stop"),
+            "A window that moves does so by one pixel at a time.\n\
+             y is the row of the window's centre, from the top; x-obstacle is the column asked about; an operator's name is \
+             its average over the window, with -sq that of its squares; the answer is the last a, a row from the top.\n\
+             stop ends the sweep after this position; what is stored there counts.\n\
+             A register that nothing is stored in is 0."
+        );
+        let blind = of("a 2 x 2 window moves down column 0", "a := a + 1 ÷ y");
+        assert!(blind.contains("Nothing of the image is looked at."), "{blind}");
+        assert!(blind.contains("the position before left") && blind.contains("÷ is 1"), "{blind}");
+        let column = of("a 2 x 2 window stands at the top of column x-obstacle / 2", "a := raw");
+        assert!(column.contains("A column is rounded") && !column.contains("least"), "{column}");
+    }
+}

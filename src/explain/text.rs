@@ -258,11 +258,17 @@ pub fn sweeps(explanation: &Explanation) -> Vec<String> {
             });
         }
     }
-    out.push(
-        "beside a line: of a choice how often its condition holds | does not; of what is stored how often (×); never come \
-         to: no case gets there"
-            .to_string(),
-    );
+    let margins = profile.margins(&explanation.listing).concat();
+    let signs = [
+        (" | ", "of a choice how often its condition holds | does not"),
+        ("×", "of what is stored how often (×)"),
+        ("never come to", "never come to: no case gets there"),
+    ];
+    let there: Vec<&str> =
+        signs.into_iter().filter(|(sign, _)| margins.contains(sign)).map(|(_, what)| what).collect();
+    if !there.is_empty() {
+        out.push(format!("beside the lines: {}", there.join("; ")));
+    }
     out
 }
 

@@ -177,3 +177,23 @@ fn without(mut names: Vec<&'static str>, used: &[&[&'static str]]) -> Vec<&'stat
     names.retain(|name| !used.iter().any(|used| used.contains(name)));
     names
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn registers_by_hand() {
+        let of = |letters: &str| [b'a', b'b', b'c', b'd', b'e'].map(|c| letters.as_bytes().contains(&c));
+        // The tree needs a, b and d; the listing has a, which ends as the tree's a and b do, and c, which ends as none of
+        // them; its e is like the tree's e, which the tree does not need.
+        let renamed = Renamed::of(of("abd"), of("ace"), [0b11, 0, 0, 0, 0b10000], true);
+        assert_eq!(renamed.other_letter, [["b", "a"]]);
+        assert_eq!((&renamed.without[..], &renamed.own[..]), (&["d"][..], &["c", "e"][..]));
+        // The same letters with the same values: nothing to say.
+        assert_eq!(Renamed::of(of("ab"), of("ab"), [0b1, 0b10, 0, 0, 0], true), Renamed::default());
+        // An answer that nothing is stored in is a all the same, but a register of the first tree is not.
+        assert_eq!(Renamed::of(of(""), of("a"), [0b1; 5], true), Renamed::default());
+        assert_eq!(Renamed::of(of(""), of("a"), [0b1; 5], false).own, ["a"]);
+    }
+}
