@@ -53,17 +53,19 @@ pub(super) fn listing(program: &Program, registers: &RegisterNames) -> Result<Li
         l.body().insts().iter().filter(|inst| of(inst.op())).count()
     };
     let most = program.loops().map(choices).max().unwrap_or(0);
-    match most {
-        0..=FEW => Ok(written(program, registers)),
-        // Choices are taken apart by recursion, one in the other.
-        ..=MOST => std::thread::scope(|scope| {
-            let thread = std::thread::Builder::new().stack_size((FEW + most) * STACK_BYTES);
-            let thread = thread.spawn_scoped(scope, || written(program, registers));
-            let thread = thread.map_err(|error| NotReadable::NoThread(error.to_string()))?;
-            thread.join().or_else(|panic| std::panic::resume_unwind(panic))
-        }),
-        _ => Err(NotReadable::TooLarge(most)),
+    if most > MOST {
+        return Err(NotReadable::TooLarge(most));
     }
+    if most <= FEW {
+        return Ok(written(program, registers));
+    }
+    // Choices are taken apart by recursion, one in the other.
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size((FEW + most) * STACK_BYTES);
+        let thread = thread.spawn_scoped(scope, || written(program, registers));
+        let thread = thread.map_err(|error| NotReadable::NoThread(error.to_string()))?;
+        thread.join().or_else(|panic| std::panic::resume_unwind(panic))
+    })
 }
 
 fn written(program: &Program, registers: &RegisterNames) -> Listing {
