@@ -9,7 +9,8 @@ use super::names::Names;
 use super::structure::{Step, steps, values};
 use super::writer::Writer;
 
-/// Choices and conditions that a tree may have: more than any tree within [`crate::tree::MAX_NODES`] comes to.
+/// Choices and conditions that a tree may have. Those of [`crate::tree::MAX_NODES`] nodes come to some 20,000 once they are
+/// optimised, to 100,000 before.
 const MOST: usize = 1 << 17;
 /// So many of them are dealt with on the stack of whoever asks.
 const FEW: usize = 256;
