@@ -69,17 +69,12 @@ impl<'a> Writer<'a> {
     fn closure(&self, roots: &[Reg]) -> BTreeSet<Reg> {
         let mut found = BTreeSet::new();
         let mut seen = vec![false; self.views.len()];
-        let mut open: Vec<Reg> = roots.to_vec();
-        while let Some(reg) = open.pop() {
-            let i = reg.index();
-            if std::mem::replace(&mut seen[i], true) || self.name[i].is_some() {
-                continue;
-            }
-            if self.named[i] {
+        self.walk(roots.to_vec(), |reg| {
+            if self.named[reg.index()] {
                 found.insert(reg);
             }
-            open.extend(self.views[i].operands());
-        }
+            !std::mem::replace(&mut seen[reg.index()], true)
+        });
         found
     }
 
@@ -115,21 +110,49 @@ impl<'a> Writer<'a> {
     /// What of these steps' values has to have its name before each of them: what everything that uses it sees there, and
     /// would not see if it were given later.
     fn needed(&self, steps: &[Step]) -> Vec<BTreeSet<Reg>> {
-        let parts: Vec<[BTreeSet<Reg>; 3]> = steps.iter().map(|step| self.parts(step)).collect();
-        let all = |part: &[BTreeSet<Reg>; 3]| -> BTreeSet<Reg> { part.iter().flatten().copied().collect() };
-        if self.early {
-            return parts.iter().map(all).collect();
+        let n = self.views.len();
+        // By which step, and which part of it, a value is come to first.
+        let mut first: Vec<Option<(usize, usize)>> = vec![None; n];
+        // What further steps or parts come to as well. What it is computed from is shared with it, and not gone through
+        // again here.
+        let mut shared = Vec::new();
+        for (number, step) in steps.iter().enumerate() {
+            for (part, roots) in parts(step).into_iter().enumerate() {
+                if part == HEAD {
+                    shared.extend(&roots);
+                }
+                self.walk(roots, |reg| match first[reg.index()] {
+                    None => {
+                        first[reg.index()] = Some((number, part));
+                        true
+                    }
+                    Some(known) => {
+                        if known != (number, part) {
+                            shared.push(reg);
+                        }
+                        false
+                    }
+                });
+            }
         }
-        let mut here: BTreeSet<Reg> = BTreeSet::new();
-        let mut seen: BTreeSet<Reg> = BTreeSet::new();
-        for part in &parts {
-            here.extend(&part[0]);
-            here.extend(part[1].intersection(&part[2]));
-            let whole = all(part);
-            here.extend(whole.intersection(&seen));
-            seen.extend(&whole);
+        let mut here = vec![self.early; n];
+        self.walk(shared, |reg| !std::mem::replace(&mut here[reg.index()], true));
+        let mut out = vec![BTreeSet::new(); steps.len()];
+        for (i, first) in first.iter().enumerate().filter(|(i, _)| here[*i] && self.named[*i]) {
+            if let Some((number, _)) = *first {
+                out[number].insert(Reg(i as u32));
+            }
         }
-        parts.iter().map(|part| all(part).intersection(&here).copied().collect()).collect()
+        out
+    }
+
+    /// Goes through values that have no name yet and what they are computed from, further where the function says so.
+    fn walk(&self, mut open: Vec<Reg>, mut further: impl FnMut(Reg) -> bool) {
+        while let Some(reg) = open.pop() {
+            if self.name[reg.index()].is_none() && further(reg) {
+                open.extend(self.views[reg.index()].operands());
+            }
+        }
     }
 
     /// Statements, each name given where everything that uses it sees it and not earlier; `None` if they are nested too
@@ -148,20 +171,6 @@ impl<'a> Writer<'a> {
             });
         }
         Some(out)
-    }
-
-    /// What the head of a statement and its two branches need.
-    fn parts(&self, step: &Step) -> [BTreeSet<Reg>; 3] {
-        let of = |steps: &[Step]| {
-            let mut roots = Vec::new();
-            heads(steps, &mut roots);
-            self.closure(&roots)
-        };
-        match step {
-            Step::Assign(_, reg) => [self.closure(&[*reg]), BTreeSet::new(), BTreeSet::new()],
-            Step::Stop => Default::default(),
-            Step::If(mask, then, or_else) => [self.closure(&[*mask]), of(then), of(or_else)],
-        }
     }
 
     /// A choice, and those that come to be made where it does not hold.
@@ -197,6 +206,23 @@ impl<'a> Writer<'a> {
             }
         }
         Some(Stmt::If(arms, last))
+    }
+}
+
+/// Of the parts of a statement, its head.
+const HEAD: usize = 0;
+
+/// The values and masks of a statement's head and of its two branches.
+fn parts(step: &Step) -> [Vec<Reg>; 3] {
+    let of = |steps: &[Step]| {
+        let mut roots = Vec::new();
+        heads(steps, &mut roots);
+        roots
+    };
+    match step {
+        Step::Assign(_, reg) => [vec![*reg], Vec::new(), Vec::new()],
+        Step::Stop => Default::default(),
+        Step::If(mask, then, or_else) => [vec![*mask], of(then), of(or_else)],
     }
 }
 
