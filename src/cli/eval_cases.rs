@@ -41,11 +41,6 @@ pub(super) struct What {
     pub(super) trained: Option<Dataset>,
 }
 
-/// The file of the program.
-pub(super) fn file(program: &Path) -> PathBuf {
-    if program.is_dir() { program.join("best.gp") } else { program.to_path_buf() }
-}
-
 /// The folder of the run that a program is of, if it is given as its folder or is in it.
 pub(super) fn run_of(program: &Path) -> Option<PathBuf> {
     let folder = if program.is_dir() { program } else { program.parent()? };

@@ -8,10 +8,11 @@ use vsonar::explain::{self, Explanation, Trace, text};
 use vsonar::tree::Individual;
 use vsonar::world::office::World;
 
-use super::eval_cases::{RunPart, cases_of, file};
+use super::eval_cases::{RunPart, cases_of};
 use super::executor::with_stack;
-use super::memory::MemoryArgs;
-use super::program::{SIZE, size};
+use super::memory::{MemoryArgs, Need};
+use super::output::Own;
+use super::program::{self, SIZE, size};
 use super::source::Source;
 use super::{CliError, eval, output};
 
@@ -97,11 +98,20 @@ struct Json<'a> {
 
 /// Explains the program.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
-    let path = file(&args.program);
-    let individual = load(&path)?;
+    if args.full && args.trace.is_none() && args.out.is_none() {
+        let text = "--full: there is no trace to be shown in full; ask for one with `--trace`, or for all with `--out`";
+        return Err(CliError::Usage(text.to_string()));
+    }
+    let path = program::file(&args.program)?;
+    let (individual, comment) = load(&path)?;
+    check_targets(&args, &path)?;
     let data = data(&args)?;
+    match &data {
+        Some((set, _)) => args.memory.check([set])?,
+        None => args.memory.check_needs([Need::image(args.size.unwrap_or(SIZE))])?,
+    };
     if let Some((set, _)) = &data {
-        args.memory.check([set])?;
+        program::note_size(&path, &comment, (set.width(), set.height()));
     }
     let set = data.as_ref().map(|(set, _)| set);
     let case = case(&args, set)?;
@@ -178,17 +188,6 @@ fn write(
         let image = set.images().iter().find(|image| image.name == trace.image);
         Ok(image.map(|image| explain::trace_svg(trace, &image.pixels)).transpose()?)
     };
-    let own = [file(&args.program)];
-    let targets = [&args.markdown, &args.dot, &args.svg, &args.trace_svg];
-    let targets: Vec<&Path> = targets.into_iter().flatten().map(PathBuf::as_path).collect();
-    for (i, target) in targets.iter().enumerate() {
-        if targets[..i].contains(target) || own.iter().any(|own| own == target) {
-            return Err(CliError::Usage(format!(
-                "{}: named twice, or the program itself; give each file a name of its own",
-                target.display()
-            )));
-        }
-    }
     let dot = || explain::dot(individual, &explanation.live);
     let svg = || explain::trees_svg(individual, &explanation.live);
     if let Some(folder) = &args.out {
@@ -206,27 +205,61 @@ fn write(
         output::write_files(folder, &files, args.force)?;
     }
     if let Some(file) = &args.markdown {
-        output::write_file(file, text::markdown(explanation, name).as_bytes())?;
+        let text = text::markdown(explanation, name);
+        let heading = text.find("```text\n").map_or("", |end| &text[..end]);
+        Own { what: "explanation of this program", begins: heading }.write(file, &text)?;
     }
     if let Some(file) = &args.dot {
-        output::write_file(file, dot().as_bytes())?;
+        DOT.write(file, &dot())?;
     }
     if let Some(file) = &args.svg {
-        output::write_file(file, svg().as_bytes())?;
+        SVG.write(file, &svg())?;
     }
     if let (Some(file), Some(picture)) = (&args.trace_svg, picture()?) {
-        output::write_file(file, picture.as_bytes())?;
+        SVG.write(file, &picture)?;
+    }
+    Ok(())
+}
+
+/// Trees in the language of Graphviz.
+const DOT: Own = Own { what: "picture of a program’s trees", begins: "digraph vsonar {" };
+/// A picture.
+const SVG: Own = Own { what: "SVG picture", begins: "<svg xmlns=" };
+
+/// Refuses files that cannot be written before there is anything to write.
+fn check_targets(args: &Args, program: &Path) -> Result<(), CliError> {
+    let kinds = [
+        (&args.markdown, None),
+        (&args.dot, Some(DOT)),
+        (&args.svg, Some(SVG)),
+        (&args.trace_svg, Some(SVG)),
+    ];
+    let mut known = vec![program];
+    for (target, kind) in kinds.into_iter().filter_map(|(target, kind)| Some((target.as_deref()?, kind))) {
+        if target == Path::new("-") {
+            let text =
+                "`-`: standard output has the explanation itself; give a file, `./-` if that is its name";
+            return Err(CliError::Usage(text.to_string()));
+        }
+        if known.contains(&target) {
+            return Err(CliError::Usage(format!(
+                "{}: named twice, or the program itself; give each file a name of its own",
+                target.display()
+            )));
+        }
+        kind.map_or(Ok(()), |kind| kind.may_replace(target))?;
+        known.push(target);
     }
     Ok(())
 }
 
 /// The program, which has to be as it was evolved: the compiler's form no longer has trees.
-fn load(path: &Path) -> Result<Individual, CliError> {
+fn load(path: &Path) -> Result<(Individual, String), CliError> {
     if path.extension().is_some_and(|e| e == "vir") {
         let text = format!("{}: explain the program as it was evolved, a .gp file", path.display());
         return Err(CliError::Failed(text));
     }
-    Ok(Individual::load(path)?)
+    Ok(Individual::load_with_text(path)?)
 }
 
 /// The cases, if there are any, and what counts as correct.

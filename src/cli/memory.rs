@@ -49,6 +49,13 @@ impl Need {
         Need { bytes: variation.memory_needed(set), images, times: 1 }
     }
 
+    /// One image of this size.
+    pub(crate) fn image((width, height): (u32, u32)) -> Need {
+        // the image, and what is computed of it
+        let bytes = 81 * u64::from(width) * u64::from(height);
+        Need { bytes, images: format!("an image of {width} x {height} pixels"), times: 1 }
+    }
+
     /// The same for each of so many runs at a time.
     pub(crate) fn times(self, runs: usize) -> Need {
         Need { times: runs as u64, ..self }

@@ -36,14 +36,14 @@ pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
 
 /// What a file that a command made begins with, by which it is known again.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Own {
+pub(crate) struct Own<'a> {
     /// What it is, in words.
     pub(crate) what: &'static str,
     /// How it begins.
-    pub(crate) begins: &'static str,
+    pub(crate) begins: &'a str,
 }
 
-impl Own {
+impl Own<'_> {
     /// Refuses a file that is there already and is something else: nobody wants his labels replaced by a report. To be
     /// asked before there is work that would be lost. What is no file, or empty, is written to.
     pub(crate) fn may_replace(self, path: &Path) -> Result<(), CliError> {

@@ -21,6 +21,7 @@ const EXAMPLES: &str = "\
 Examples:
   vsonar report runs/photos-seed-1                              writes runs/photos-seed-1/report.html
   vsonar report runs/photos-seed-1 --no-rivals --out photos.html
+  vsonar report runs/photos-seed-1 --no-explain                 without the program as `if`s and formulas
   vsonar report runs/photos-seed-1 --camera camera.toml         errors by distance in metres
   vsonar report runs/photos-seed-1 --holdout elsewhere          tested on other images
   vsonar report runs/photos-seed-1 runs/photos-seed-2           seeds or settings compared
@@ -56,6 +57,9 @@ pub(crate) struct Args {
     /// Leave out the table of the rivals, which takes longest
     #[arg(long)]
     no_rivals: bool,
+    /// Leave out what the best program does, as `vsonar explain` shows it; a very large program takes long
+    #[arg(long)]
+    no_explain: bool,
     /// The heading [default: the name of the run]
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
@@ -164,7 +168,7 @@ fn report(args: &Args, folders: &[PathBuf], progress: &ProgressBar) -> Result<Re
         camera,
         rivals: !args.no_rivals && folders.len() == 1,
         picture_bytes: picture_bytes(folders.len()),
-        explained: folders.len() == 1,
+        explained: !args.no_explain && folders.len() == 1,
         executor: args.executor.make()?,
         memory: args.memory,
         progress,
@@ -206,6 +210,9 @@ fn command(args: &Args) -> String {
     }
     if args.no_rivals {
         command += " --no-rivals";
+    }
+    if args.no_explain {
+        command += " --no-explain";
     }
     args.title.iter().for_each(|title| command += &format!(" {}", shell_flag("--title", title)));
     command

@@ -8,7 +8,7 @@ use vsonar_ir::op::REGISTER_NAMES;
 use vsonar_ir::{Operand, WindowAt, Windows};
 
 use super::evaluate::{Observer, Position};
-use super::listing::{Expr, Listing, Site, Stmt, Sweep};
+use super::listing::{Arm, Expr, Listing, Site, Stmt, Sweep};
 use super::visit::Visitor;
 use crate::dataset::Dataset;
 use crate::evolve::is_correct;
@@ -22,8 +22,6 @@ const PARTS: usize = 400;
 const WORK: u64 = 1_000_000_000;
 /// So many parts are tried whatever they take.
 const LEAST: u64 = 8;
-/// Stack of a thread: chains of `else if` are as deep as they are long.
-const STACK_BYTES: usize = 256 << 20;
 
 /// A part and the fitness without it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -67,20 +65,7 @@ pub struct Contributions {
 }
 
 /// The fitness without each part, on all cases of a set; an answer is correct within `tolerance` rows.
-///
-/// # Errors
-/// If the system gives no threads.
-pub fn contributions(
-    listing: &Listing,
-    set: &Dataset,
-    tolerance: f64,
-) -> Result<Contributions, rayon::ThreadPoolBuildError> {
-    let threads = rayon::current_num_threads();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES).build()?;
-    Ok(pool.install(|| all(listing, set, tolerance)))
-}
-
-fn all(listing: &Listing, set: &Dataset, tolerance: f64) -> Contributions {
+pub fn contributions(listing: &Listing, set: &Dataset, tolerance: f64) -> Contributions {
     let cases = set.case_set();
     let labels: Vec<f64> = set.cases().iter().map(|case| f64::from(case.y)).collect();
     let means = means(listing, &cases);
@@ -166,18 +151,32 @@ impl Edit {
     fn block(self, block: Vec<Stmt>) -> Vec<Stmt> {
         let mut out = Vec::with_capacity(block.len());
         for stmt in block {
-            match (stmt, self) {
-                (Stmt::If(site, _, then, or_else), Edit::Choose(of, held)) if site == of => {
-                    out.extend(if held { then } else { or_else });
-                }
-                (Stmt::Assign(site, ..) | Stmt::Stop(site), Edit::Drop(of)) if site == of => {}
-                (Stmt::If(site, cond, then, or_else), _) => {
-                    out.push(Stmt::If(site, cond, self.block(then), self.block(or_else)));
-                }
-                (stmt, _) => out.push(stmt),
+            match stmt {
+                Stmt::If(arms, or_else) => out.extend(self.choice(arms, or_else)),
+                Stmt::Assign(site, ..) | Stmt::Stop(site) if self == Edit::Drop(site) => {}
+                stmt => out.push(stmt),
             }
         }
         out
+    }
+
+    fn choice(self, mut arms: Vec<Arm>, or_else: Vec<Stmt>) -> Vec<Stmt> {
+        let mut or_else = self.block(or_else);
+        if let Edit::Choose(of, held) = self
+            && let Some(i) = arms.iter().position(|arm| arm.site == of)
+        {
+            if held {
+                // What comes after it is never come to.
+                or_else = arms.drain(i..).next().map(|arm| arm.then).unwrap_or_default();
+            } else {
+                arms.remove(i);
+            }
+        }
+        if arms.is_empty() {
+            return or_else;
+        }
+        arms.iter_mut().for_each(|arm| arm.then = self.block(std::mem::take(&mut arm.then)));
+        vec![Stmt::If(arms, or_else)]
     }
 }
 
@@ -207,7 +206,7 @@ fn parts(listing: &Listing, means: &BTreeMap<(usize, Operand), f32>) -> Vec<Part
     for (number, sweep) in listing.sweeps().enumerate() {
         let tree = if count == 1 { "" } else { [" in the first tree", " in the second tree"][number] };
         let of_tree = |i: &usize| lines[*i].sweep == Some(number);
-        let header = (0..lines.len()).find(|i| of_tree(i) && lines[*i].text.contains(" tree: a "));
+        let header = (0..lines.len()).find(|i| of_tree(i) && lines[*i].text.contains(" tree: a"));
         let header = header.map_or(0, |i| i + 1);
         let mut add = |edit, line, part: String, without: String| {
             out.push(Part { sweep: number, edit, line, part, without });
@@ -222,7 +221,7 @@ fn parts(listing: &Listing, means: &BTreeMap<(usize, Operand), f32>) -> Vec<Part
             let part = format!("memory of {}{tree}", REGISTER_NAMES[k]);
             add(Edit::Forget(k as u8), header, part, "read as 0".to_string());
         }
-        let (choices, stops) = (sweep.choice_sites(), sweep.stop_sites());
+        let (conditions, stops) = (sweep.conditions(), sweep.stop_sites());
         for line in (0..lines.len()).filter(of_tree) {
             let text = lines[line].text.trim();
             // The statement, without the condition that it stands behind.
@@ -232,10 +231,10 @@ fn parts(listing: &Listing, means: &BTreeMap<(usize, Operand), f32>) -> Vec<Part
                 text
             };
             for &site in &lines[line].sites {
-                if let Some(cond) = sweep.condition(site).filter(|_| choices.contains(&site)) {
+                if let Some(cond) = conditions.get(&site) {
                     add(Edit::Choose(site, true), line + 1, cond.clone(), "always holds".to_string());
-                    add(Edit::Choose(site, false), line + 1, cond, "never holds".to_string());
-                } else if stops.contains(&site) {
+                    add(Edit::Choose(site, false), line + 1, cond.clone(), "never holds".to_string());
+                } else if stops.binary_search(&site).is_ok() {
                     add(Edit::Drop(site), line + 1, statement.to_string(), "does not stop".to_string());
                 } else {
                     add(Edit::Drop(site), line + 1, statement.to_string(), "is not stored".to_string());
@@ -278,7 +277,7 @@ mod tests {
             second tree: a 2 x 2 window moves up column x-obstacle\n    \
             if raw > 100:\n        a := y · iter2-b\n        stop\n\nanswer: a\n";
         let listing: Listing = text.parse().expect("a listing");
-        let Contributions { tried: found, left_out } = contributions(&listing, &set, 1.0).expect("threads");
+        let Contributions { tried: found, left_out } = contributions(&listing, &set, 1.0);
         assert_eq!(left_out, 0);
         let of = |part: &str, without: &str| {
             let c = found.iter().find(|c| c.part == part && c.without.starts_with(without));
@@ -297,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn long_chains_need_more_stack_than_threads_have() {
+    fn of_a_long_chain_not_every_part_is_tried() {
         let mut text =
             String::from("images of 16 x 16 pixels\n\nthe tree: a 2 x 2 window moves up column x-obstacle\n");
         for i in 0..900 {
@@ -308,7 +307,7 @@ mod tests {
         let listing: Listing = text.parse().expect("a listing");
         let image = NamedImage { name: "one".into(), pixels: GrayImage::from_pixel(16, 16, Luma([200])) };
         let set = Dataset::new("dark", vec![image], vec![Case { image: 0, x: 4, y: 0 }]).expect("sound");
-        let found = contributions(&listing, &set, 1.0).expect("threads");
+        let found = contributions(&listing, &set, 1.0);
         assert_eq!((found.tried.len(), found.left_out), (PARTS, 1 + 2 * 900 + 900 - PARTS));
         assert_eq!(found.tried.iter().filter(|c| c.part == "raw").count(), 1, "operators before statements");
     }

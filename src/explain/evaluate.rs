@@ -153,10 +153,13 @@ impl<W: Windows + ?Sized, O: Observer> Run<'_, W, O> {
                     self.site(*site, true);
                     self.stopped = true;
                 }
-                Stmt::If(site, cond, then, or_else) => {
-                    let held = self.cond(cond);
-                    self.site(*site, held);
-                    self.block(if held { then } else { or_else });
+                Stmt::If(arms, or_else) => {
+                    let taken = arms.iter().find(|arm| {
+                        let held = self.cond(&arm.cond);
+                        self.site(arm.site, held);
+                        held
+                    });
+                    self.block(taken.map_or(or_else, |arm| &arm.then));
                 }
             }
         }

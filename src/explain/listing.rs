@@ -37,6 +37,10 @@ impl Listing {
     }
 }
 
+/// Blocks in blocks, and values and conditions in one another, are at most so deep; how long a chain of `else if` or a
+/// text is makes no difference. It is what keeps every walk over a listing within a thread's usual stack.
+pub const DEEPEST: usize = 250;
+
 /// Where the window goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Course {
@@ -77,8 +81,20 @@ pub enum Stmt {
     Assign(Site, u8, Expr),
     /// `stop`.
     Stop(Site),
-    /// `if …:`, and `else:` where that branch holds anything.
-    If(Site, Cond, Vec<Stmt>, Vec<Stmt>),
+    /// `if …:` and any `else if …:`, of which the first that holds is taken; `else:` where that branch holds anything. At
+    /// least one arm.
+    If(Vec<Arm>, Vec<Stmt>),
+}
+
+/// A condition and what is done where it holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arm {
+    /// The choice's number.
+    pub site: Site,
+    /// The condition.
+    pub cond: Cond,
+    /// What is done.
+    pub then: Vec<Stmt>,
 }
 
 /// A number in [`Sweep::names`].

@@ -35,9 +35,12 @@ mod build;
 mod check;
 mod contribution;
 mod evaluate;
+mod expression;
 mod letters;
 pub mod listing;
 mod names;
+mod naming;
+mod notes;
 mod order;
 mod parse;
 mod print;
@@ -52,6 +55,8 @@ mod trees;
 mod uses;
 mod view;
 mod visit;
+mod words;
+mod writer;
 
 use serde::{Serialize, Serializer};
 use vsonar_ir::Program;
@@ -75,7 +80,7 @@ pub use reduce::Live;
 pub use trace::{SweepTrace, Trace, TracePosition};
 pub use trace_svg::trace_svg;
 pub use trees::{dot, svg as trees_svg};
-pub use uses::{TreeUses, Uses};
+pub use uses::{Renamed, TreeUses, Uses};
 
 /// Why a program could not be explained.
 #[derive(Debug, thiserror::Error)]
@@ -89,9 +94,6 @@ pub enum ExplainError {
     /// The images are not of the size that the explanation is for.
     #[error(transparent)]
     Detect(#[from] DetectError),
-    /// There are no threads to work on.
-    #[error("cannot start threads: {0}; allow more threads or memory")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
     /// The listing's own text could not be read: a fault of this program.
     #[error(
         "the explanation cannot be read back: {0}; this is a fault of vsonar, please report it with the program"
@@ -154,10 +156,11 @@ impl Explanation {
         let program = optimiser.optimise(lowered.clone());
         let before = optimiser.live_operations();
         let images = check::random_images(width, height);
-        let listing = build::listing(&program, &letters::letters(&lowered, &program, &images))?;
-        let checked = check::Check::new(&listing.to_string(), &program)?.on_images(&images)?;
         let live = Live::of(individual, &program);
-        let uses = Uses::of(individual, &program, before, &live);
+        let letters = letters::Letters::of(individual, &live, &lowered, &program, &images);
+        let listing = build::listing(&program, &letters.names)?;
+        let checked = check::Check::new(&listing.to_string(), &program)?.on_images(&images)?;
+        let uses = Uses::of(individual, (&program, &listing), before, &live, &letters);
         Ok(Explanation {
             listing,
             checked,
@@ -174,11 +177,11 @@ impl Explanation {
     /// correct within `tolerance` rows.
     ///
     /// # Errors
-    /// If the images are of another size, or the system gives no threads.
+    /// If the images are of another size.
     pub fn add_data(&mut self, set: &Dataset, tolerance: f64) -> Result<(), ExplainError> {
         self.checked = check::Check::new(&self.listing.to_string(), &self.program)?.on_data(set)?;
         self.profile = Some(Profile::of(&self.listing, set, tolerance));
-        self.contributions = contributions(&self.listing, set, tolerance)?;
+        self.contributions = contributions(&self.listing, set, tolerance);
         Ok(())
     }
 

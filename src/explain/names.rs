@@ -5,7 +5,7 @@ use vsonar_ir::{Moment, Operand, Operator};
 use super::listing::Name;
 
 /// The names given so far in a sweep.
-#[derive(Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Names {
     pub(super) list: Vec<String>,
     values: usize,

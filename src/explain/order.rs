@@ -14,6 +14,14 @@ fn level(expr: &Expr) -> u8 {
     }
 }
 
+/// How many conditions have to hold together.
+pub(super) fn conjuncts(cond: &Cond) -> usize {
+    match cond {
+        Cond::And(p, q) => conjuncts(p) + conjuncts(q),
+        _ => 1,
+    }
+}
+
 /// Both, without parentheses on the right.
 pub(super) fn and(p: Cond, q: Cond) -> Cond {
     match q {

@@ -5,10 +5,10 @@
 
 use std::str::FromStr;
 
-use vsonar_ir::op::REGISTER_NAMES;
-use vsonar_ir::{Direction, Operand, Rect};
+use vsonar_ir::{Direction, Rect};
 
-use super::listing::{Cond, Course, Expr, Function, Listing, Name, Relation, Sign, Stmt, Sweep};
+use super::listing::{Arm, Course, DEEPEST, Listing, Name, Stmt, Sweep};
+use super::words::Words;
 
 /// Why a text is no listing.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -20,9 +20,6 @@ pub struct ListingError {
     pub what: String,
 }
 
-/// Nesting beyond this is refused, here and in the lines' indentation.
-const DEEPEST: usize = 1_000;
-
 impl FromStr for Listing {
     type Err = ListingError;
 
@@ -32,8 +29,11 @@ impl FromStr for Listing {
         for (number, line) in lines {
             let indent = line.len() - line.trim_start_matches(' ').len();
             let fail = |what: &str| ListingError { line: number + 1, what: what.to_string() };
-            if indent % 4 != 0 || indent / 4 > DEEPEST {
+            if indent % 4 != 0 {
                 return Err(fail("lines are indented by four spaces a level"));
+            }
+            if indent / 4 > DEEPEST {
+                return Err(fail(&format!("indented by more than {DEEPEST} levels")));
             }
             rows.push(Row { number: number + 1, depth: indent / 4, text: line.trim() });
         }
@@ -53,7 +53,7 @@ struct Lines<'a> {
     at: usize,
 }
 
-type Result1<T> = Result<T, ListingError>;
+pub(super) type Result1<T> = Result<T, ListingError>;
 
 impl<'a> Lines<'a> {
     fn listing(mut self) -> Result1<Listing> {
@@ -96,7 +96,8 @@ impl<'a> Lines<'a> {
         }
         let row = self.next("a tree")?;
         let fail = || fault(row.number, "expected `… tree: a W x H window … column …`");
-        let (tree, rest) = row.text.split_once(" tree: a ").ok_or_else(fail)?;
+        let tree = ["a", "an"].iter().find_map(|article| row.text.split_once(&format!(" tree: {article} ")));
+        let (tree, rest) = tree.ok_or_else(fail)?;
         let (size, rest) = rest.split_once(" window ").ok_or_else(fail)?;
         let (way, column) = rest.split_once(" column ").ok_or_else(fail)?;
         let course = match way {
@@ -107,9 +108,7 @@ impl<'a> Lines<'a> {
             _ => return Err(fail()),
         };
         let rect = Rect::from_name(&size.replace(' ', "")).ok_or_else(fail)?;
-        let mut words = Words::new(column, row.number, &mut names, &mut scope)?;
-        let column = words.expr()?;
-        words.end()?;
+        let column = Words::new(column, row.number, &mut names, &mut scope)?.whole_expr()?;
         scope.clear();
         let body = self.block(1, &mut names, &mut scope)?;
         let mut sweep = Sweep { rect, course, before, column, body, names };
@@ -125,41 +124,47 @@ impl<'a> Lines<'a> {
             if row.depth > depth {
                 return Err(fault(row.number, "indented without need"));
             }
-            out.push(self.statement(depth, "if ", names, scope)?);
+            out.push(self.statement(depth, names, scope)?);
         }
         scope.truncate(outer);
         Ok(out)
     }
 
-    fn statement(
-        &mut self,
-        depth: usize,
-        word: &str,
-        names: &mut Vec<String>,
-        scope: &mut Vec<Name>,
-    ) -> Result1<Stmt> {
+    fn statement(&mut self, depth: usize, names: &mut Vec<String>, scope: &mut Vec<Name>) -> Result1<Stmt> {
         let row = self.next("a statement")?;
-        let Some(head) = row.text.strip_prefix(word) else {
+        let Some(head) = row.text.strip_prefix("if ") else {
             return Words::new(row.text, row.number, names, scope)?.whole_statement();
         };
+        let mut arms = vec![self.arm(head, row, depth, names, scope)?];
+        loop {
+            let next = self.rows.get(self.at).copied().filter(|row| row.depth == depth);
+            let Some(row) = next else { return Ok(Stmt::If(arms, Vec::new())) };
+            if let Some(head) = row.text.strip_prefix("else if ") {
+                self.at += 1;
+                arms.push(self.arm(head, row, depth, names, scope)?);
+            } else if let Some(rest) = row.text.strip_prefix("else:") {
+                self.at += 1;
+                return Ok(Stmt::If(arms, self.branch(rest.trim(), row, depth, names, scope)?));
+            } else {
+                return Ok(Stmt::If(arms, Vec::new()));
+            }
+        }
+    }
+
+    /// A condition, a colon and what is done, after `if` or `else if`.
+    fn arm(
+        &mut self,
+        head: &str,
+        row: Row<'_>,
+        depth: usize,
+        names: &mut Vec<String>,
+        scope: &mut Vec<Name>,
+    ) -> Result1<Arm> {
         // No colon is in a condition, and `:=` is no end of one.
         let colon = head.find(':').ok_or_else(|| fault(row.number, "`if` wants a colon"))?;
-        let mut words = Words::new(&head[..colon], row.number, names, scope)?;
-        let cond = words.cond()?;
-        words.end()?;
+        let cond = Words::new(&head[..colon], row.number, names, scope)?.whole_cond()?;
         let then = self.branch(head[colon + 1..].trim(), row, depth, names, scope)?;
-        let next = self.rows.get(self.at).copied().filter(|row| row.depth == depth);
-        let or_else = match next {
-            Some(row) if row.text.starts_with("else if ") => {
-                vec![self.statement(depth, "else if ", names, scope)?]
-            }
-            Some(row) if row.text.starts_with("else:") => {
-                self.at += 1;
-                self.branch(row.text["else:".len()..].trim(), row, depth, names, scope)?
-            }
-            _ => Vec::new(),
-        };
-        Ok(Stmt::If(0, cond, then, or_else))
+        Ok(Arm { site: 0, cond, then })
     }
 
     /// What follows a colon: a statement on the same line, or a block.
@@ -178,241 +183,8 @@ impl<'a> Lines<'a> {
     }
 }
 
-fn fault(line: usize, what: &str) -> ListingError {
+pub(super) fn fault(line: usize, what: &str) -> ListingError {
     ListingError { line, what: what.to_string() }
-}
-
-/// The words and signs of a line.
-struct Words<'a> {
-    words: Vec<&'a str>,
-    at: usize,
-    depth: usize,
-    line: usize,
-    names: &'a mut Vec<String>,
-    /// The names that can be seen.
-    scope: &'a mut Vec<Name>,
-}
-
-impl<'a> Words<'a> {
-    fn new(
-        text: &'a str,
-        line: usize,
-        names: &'a mut Vec<String>,
-        scope: &'a mut Vec<Name>,
-    ) -> Result1<Words<'a>> {
-        let mut words = Vec::new();
-        let mut rest = text.trim_start();
-        while let Some(first) = rest.chars().next() {
-            let inside = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
-            let len = if inside(first) {
-                rest.find(|c| !inside(c)).unwrap_or(rest.len())
-            } else if rest.starts_with(":=") {
-                2
-            } else {
-                first.len_utf8()
-            };
-            words.push(&rest[..len]);
-            rest = rest[len..].trim_start();
-        }
-        Ok(Words { words, at: 0, depth: 0, line, names, scope })
-    }
-
-    fn fail<T>(&self, wanted: &str) -> Result1<T> {
-        let found = self.peek().map_or("the end of the line".to_string(), |word| format!("`{word}`"));
-        Err(fault(self.line, &format!("expected {wanted}, found {found}")))
-    }
-
-    fn peek(&self) -> Option<&'a str> {
-        self.words.get(self.at).copied()
-    }
-
-    fn take(&mut self, word: &str) -> bool {
-        let found = self.peek() == Some(word);
-        self.at += usize::from(found);
-        found
-    }
-
-    fn want(&mut self, word: &str) -> Result1<()> {
-        if self.take(word) { Ok(()) } else { self.fail(&format!("`{word}`")) }
-    }
-
-    fn end(&self) -> Result1<()> {
-        if self.peek().is_none() { Ok(()) } else { self.fail("nothing more") }
-    }
-
-    fn whole_statement(mut self) -> Result1<Stmt> {
-        let stmt = if self.take("let") {
-            let Some(name) = self.peek() else { return self.fail("a name") };
-            self.at += 1;
-            self.want("=")?;
-            let number = self.names.len() as Name;
-            let stmt = match name.starts_with(|c: char| c.is_ascii_uppercase()) {
-                true => Stmt::LetCond(number, self.cond()?),
-                false => Stmt::Let(number, self.expr()?),
-            };
-            self.names.push(name.to_string());
-            self.scope.push(number);
-            stmt
-        } else if self.take("stop") {
-            Stmt::Stop(0)
-        } else {
-            let register = self.peek().and_then(|word| REGISTER_NAMES.iter().position(|name| *name == word));
-            let Some(register) = register else { return self.fail("a statement") };
-            self.at += 1;
-            self.want(":=")?;
-            Stmt::Assign(0, register as u8, self.expr()?)
-        };
-        self.end()?;
-        Ok(stmt)
-    }
-
-    fn deeper(&mut self) -> Result1<()> {
-        self.depth += 1;
-        if self.depth > DEEPEST { self.fail("less nesting") } else { Ok(()) }
-    }
-
-    fn expr(&mut self) -> Result1<Expr> {
-        self.deeper()?;
-        let expr = if self.take("if") {
-            let cond = Box::new(self.cond()?);
-            self.want("then")?;
-            let then = Box::new(self.chain(1)?);
-            self.want("else")?;
-            Expr::If(0, cond, then, Box::new(self.expr()?))
-        } else {
-            self.chain(1)?
-        };
-        self.depth -= 1;
-        Ok(expr)
-    }
-
-    /// Operands of one level and the signs between them, from the left.
-    fn chain(&mut self, level: u8) -> Result1<Expr> {
-        let operand = |words: &mut Self| if level == 1 { words.chain(2) } else { words.power() };
-        let mut left = operand(self)?;
-        loop {
-            let sign = Sign::ALL.into_iter().find(|s| s.level() == level && Some(s.text()) == self.peek());
-            let Some(sign) = sign else { return Ok(left) };
-            self.at += 1;
-            left = Expr::Binary(sign, Box::new(left), Box::new(operand(self)?));
-        }
-    }
-
-    fn power(&mut self) -> Result1<Expr> {
-        let base = self.atom()?;
-        for (sign, n) in [("²", 2), ("³", 3), ("⁴", 4), ("⁵", 5)] {
-            if self.take(sign) {
-                return Ok(Expr::Power(Box::new(base), n));
-            }
-        }
-        Ok(base)
-    }
-
-    fn atom(&mut self) -> Result1<Expr> {
-        if self.take("(") {
-            let inside = self.expr()?;
-            self.want(")")?;
-            return Ok(inside);
-        }
-        let Some(word) = self.peek() else { return self.fail("a value") };
-        if let Some(function) = Function::ALL.into_iter().find(|f| f.name() == word) {
-            self.at += 1;
-            self.want("(")?;
-            let mut args = vec![self.expr()?];
-            while args.len() < function.arity() {
-                self.want(",")?;
-                args.push(self.expr()?);
-            }
-            self.want(")")?;
-            return Ok(Expr::Call(function, args));
-        }
-        let register = |name: &str| REGISTER_NAMES.iter().position(|r| *r == name).map(|k| k as u8);
-        let named = self.scope.iter().rev().copied().find(|&n| self.names[n as usize] == word);
-        let expr = match word {
-            "x-obstacle" => Expr::XObstacle,
-            "x" => Expr::X,
-            "y" => Expr::Y,
-            "first-window" => Expr::FirstWindow,
-            _ => {
-                let iter2 = word.strip_prefix("iter2-").and_then(register).map(Expr::Iter2);
-                let operand = || Operand::from_name(word).map(Expr::Window);
-                let found = iter2.or_else(|| register(word).map(Expr::Register)).or_else(operand);
-                let found = found.or(named.map(Expr::Name)).or_else(|| number(word).map(Expr::Const));
-                let Some(found) = found else { return self.fail("a value") };
-                found
-            }
-        };
-        self.at += 1;
-        Ok(expr)
-    }
-
-    fn cond(&mut self) -> Result1<Cond> {
-        self.deeper()?;
-        let mut left = self.conjunction()?;
-        while self.take("or") {
-            left = Cond::Or(Box::new(left), Box::new(self.conjunction()?));
-        }
-        self.depth -= 1;
-        Ok(left)
-    }
-
-    fn conjunction(&mut self) -> Result1<Cond> {
-        let mut left = self.condition()?;
-        while self.take("and") {
-            left = Cond::And(Box::new(left), Box::new(self.condition()?));
-        }
-        Ok(left)
-    }
-
-    fn condition(&mut self) -> Result1<Cond> {
-        let first = |at: usize| self.words.get(at..at + 4) == Some(&["at", "the", "first", "position"]);
-        if first(self.at) {
-            self.at += 4;
-            return Ok(Cond::First(true));
-        }
-        if self.peek() == Some("not") && first(self.at + 1) {
-            self.at += 5;
-            return Ok(Cond::First(false));
-        }
-        if self.take("not") {
-            return Ok(Cond::Not(Box::new(self.condition()?)));
-        }
-        let upper = |word: &&str| word.starts_with(|c: char| c.is_ascii_uppercase()) && *word != "NaN";
-        if let Some(word) = self.peek().filter(upper) {
-            let named = self.scope.iter().rev().copied().find(|&n| self.names[n as usize] == word);
-            let Some(name) = named else { return self.fail("a condition") };
-            self.at += 1;
-            return Ok(Cond::Name(name));
-        }
-        // A parenthesis opens a value or a condition; only what follows tells.
-        let (start, depth) = (self.at, self.depth);
-        let compared = self.comparison();
-        if compared.is_ok() || self.words.get(start) != Some(&"(") {
-            return compared;
-        }
-        (self.at, self.depth) = (start + 1, depth);
-        let inside = self.cond()?;
-        self.want(")")?;
-        Ok(inside)
-    }
-
-    fn comparison(&mut self) -> Result1<Cond> {
-        let left = self.chain(1)?;
-        let relation = Relation::ALL.into_iter().find(|r| Some(r.text()) == self.peek());
-        let Some(relation) = relation else { return self.fail("a comparison") };
-        self.at += 1;
-        Ok(Cond::Compare(relation, left, self.chain(1)?))
-    }
-}
-
-/// A constant, rounded straight to binary32.
-fn number(word: &str) -> Option<f32> {
-    match word {
-        "inf" => Some(f32::INFINITY),
-        "-inf" => Some(f32::NEG_INFINITY),
-        "NaN" => Some(f32::NAN),
-        _ => word.ends_with(|c: char| c.is_ascii_digit()).then(|| word.parse().ok()).flatten(),
-    }
 }
 
 #[cfg(test)]
@@ -467,5 +239,16 @@ mod tests {
         }
         let deep = with(&format!("a := {}1{}", "(".repeat(2000), ")".repeat(2000)));
         assert!(deep.parse::<Listing>().expect_err("too deep").what.contains("less nesting"));
+        // What stands side by side is one in the other as well.
+        for chain in
+            [format!("a := y{}", " + y".repeat(300)), format!("if y < 1{}: stop", " or y < 1".repeat(300))]
+        {
+            let error = with(&chain).parse::<Listing>().expect_err("too long");
+            assert!(error.what.contains("less nesting"), "{error}");
+        }
+        let nested: String = (0..300).map(|i| format!("{}if y < 1:\n", "    ".repeat(i))).collect();
+        let error =
+            with(&format!("{nested}{}stop", "    ".repeat(300))).parse::<Listing>().expect_err("too deep");
+        assert_eq!(error.to_string(), "line 254: indented by more than 250 levels");
     }
 }

@@ -1,12 +1,13 @@
 //! A listing as text, line by line.
 
+use std::collections::BTreeMap;
 use std::fmt::{self, Display, Write as _};
 
 use vsonar_ir::Direction;
 use vsonar_ir::op::REGISTER_NAMES;
 
-use super::listing::{Cond, Course, Expr, Listing, Name, Site, Stmt, Sweep};
-use super::visit::Visitor;
+use super::listing::{Arm, Cond, Course, Expr, Listing, Name, Site, Stmt, Sweep};
+use super::visit::{Visitor, each};
 use crate::tree::Shortest;
 
 /// A branch of one statement stands on the line of its `if` where that line is no longer than this.
@@ -50,50 +51,40 @@ impl Listing {
 }
 
 impl Sweep {
-    /// The condition of the choice of this number, as it is printed.
-    pub(super) fn condition(&self, site: Site) -> Option<String> {
-        fn find(block: &[Stmt], wanted: Site) -> Option<&Cond> {
-            block.iter().find_map(|stmt| match stmt {
-                Stmt::If(site, cond, ..) if *site == wanted => Some(cond),
-                Stmt::If(_, _, then, or_else) => find(then, wanted).or_else(|| find(or_else, wanted)),
-                _ => None,
-            })
-        }
-        struct InValues(Site, Option<Cond>);
+    /// The conditions of all choices, as they are printed, by the choice's number; of one that has a name also what is
+    /// named.
+    pub(super) fn conditions(&self) -> BTreeMap<Site, String> {
+        struct InValues(Vec<(Site, Cond)>);
         impl Visitor for InValues {
             fn expr(&mut self, expr: &mut Expr) {
-                if let Expr::If(site, cond, ..) = expr
-                    && *site == self.0
-                {
-                    self.1 = Some((**cond).clone());
+                if let Expr::If(site, cond, ..) = expr {
+                    self.0.push((*site, (**cond).clone()));
                 }
             }
         }
-        let cond = find(&self.body, site).cloned().or_else(|| {
-            let mut values = InValues(site, None);
-            self.clone().visit(&mut values);
-            values.1
-        })?;
-        let mut text = String::new();
+        let mut values = InValues(Vec::new());
+        self.clone().visit(&mut values);
+        let mut choices: Vec<(Site, &Cond)> = values.0.iter().map(|(site, cond)| (*site, cond)).collect();
+        let mut named: BTreeMap<Name, &Cond> = BTreeMap::new();
+        each(&self.body, &mut |stmt| match stmt {
+            Stmt::If(arms, _) => choices.extend(arms.iter().map(|arm| (arm.site, &arm.cond))),
+            Stmt::LetCond(name, cond) => drop(named.insert(*name, cond)),
+            _ => {}
+        });
         let printer = Printer { sweep: self, number: 0, lines: &mut Vec::new() };
-        printer.cond(&cond, 0, &mut text, &mut Vec::new());
-        if let Cond::Name(name) = cond
-            && let Some(named) = find_named(&self.body, name)
-        {
-            text.push_str(": ");
-            printer.cond(named, 0, &mut text, &mut Vec::new());
-        }
-        Some(text)
+        let text = |cond: &Cond| {
+            let mut text = String::new();
+            printer.cond(cond, 0, &mut text, &mut Vec::new());
+            if let Cond::Name(name) = cond
+                && let Some(named) = named.get(name)
+            {
+                text.push_str(": ");
+                printer.cond(named, 0, &mut text, &mut Vec::new());
+            }
+            text
+        };
+        choices.into_iter().map(|(site, cond)| (site, text(cond))).collect()
     }
-}
-
-/// The condition of this name.
-fn find_named(block: &[Stmt], wanted: Name) -> Option<&Cond> {
-    block.iter().find_map(|stmt| match stmt {
-        Stmt::LetCond(name, cond) if *name == wanted => Some(cond),
-        Stmt::If(_, _, then, or_else) => find_named(then, wanted).or_else(|| find_named(or_else, wanted)),
-        _ => None,
-    })
 }
 
 struct Printer<'a> {
@@ -114,7 +105,8 @@ impl Printer<'_> {
             Course::Stands(Direction::Up) => "stands at the top of",
             Course::Stands(Direction::Down) => "stands at the bottom of",
         };
-        let _ = write!(text, "{tree} tree: a {w} x {h} window {way} column ");
+        let article = if w == 8 { "an" } else { "a" };
+        let _ = write!(text, "{tree} tree: {article} {w} x {h} window {way} column ");
         self.expr(&self.sweep.column, 0, &mut text, &mut sites);
         self.push(0, &text, sites);
         self.block(&self.sweep.body, 1);
@@ -128,9 +120,7 @@ impl Printer<'_> {
     fn block(&mut self, block: &[Stmt], depth: usize) {
         for stmt in block {
             match stmt {
-                Stmt::If(site, cond, then, or_else) => {
-                    self.choice("if ", (*site, cond), then, or_else, depth);
-                }
+                Stmt::If(arms, or_else) => self.choice(arms, or_else, depth),
                 _ => {
                     let (mut text, mut sites) = (String::new(), Vec::new());
                     self.simple(stmt, &mut text, &mut sites);
@@ -165,30 +155,30 @@ impl Printer<'_> {
         }
     }
 
-    fn choice(&mut self, word: &str, head: (Site, &Cond), then: &[Stmt], or_else: &[Stmt], depth: usize) {
-        let (mut text, mut sites) = (word.to_string(), vec![head.0]);
-        self.cond(head.1, 0, &mut text, &mut sites);
-        text.push(':');
-        let short = match then {
-            [stmt @ (Stmt::Assign(..) | Stmt::Stop(_))] => {
-                let (mut line, mut line_sites) = (format!("{text} "), sites.clone());
-                self.simple(stmt, &mut line, &mut line_sites);
-                (4 * depth + line.chars().count() <= WIDTH).then_some((line, line_sites))
-            }
-            _ => None,
-        };
-        match short {
-            Some((line, sites)) => self.push(depth, &line, sites),
-            None => {
-                self.push(depth, &text, sites);
-                self.block(then, depth + 1);
+    fn choice(&mut self, arms: &[Arm], or_else: &[Stmt], depth: usize) {
+        for (i, Arm { site, cond, then }) in arms.iter().enumerate() {
+            let word = if i == 0 { "if " } else { "else if " };
+            let (mut text, mut sites) = (word.to_string(), vec![*site]);
+            self.cond(cond, 0, &mut text, &mut sites);
+            text.push(':');
+            let short = match &then[..] {
+                [stmt @ (Stmt::Assign(..) | Stmt::Stop(_))] => {
+                    let (mut line, mut line_sites) = (format!("{text} "), sites.clone());
+                    self.simple(stmt, &mut line, &mut line_sites);
+                    (4 * depth + line.chars().count() <= WIDTH).then_some((line, line_sites))
+                }
+                _ => None,
+            };
+            match short {
+                Some((line, sites)) => self.push(depth, &line, sites),
+                None => {
+                    self.push(depth, &text, sites);
+                    self.block(then, depth + 1);
+                }
             }
         }
         match or_else {
             [] => {}
-            [Stmt::If(site, cond, then, or_else)] => {
-                self.choice("else if ", (*site, cond), then, or_else, depth);
-            }
             [stmt @ (Stmt::Assign(..) | Stmt::Stop(_))] => {
                 let (mut line, mut sites) = ("else: ".to_string(), Vec::new());
                 self.simple(stmt, &mut line, &mut sites);

@@ -1,5 +1,7 @@
 //! How often each line of a listing counts, on data.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::evaluate::{Observer, Position};
@@ -132,15 +134,30 @@ impl Profile {
         Profile { data, cases, correct, tolerance, sweeps }
     }
 
-    /// What stands in the margin of a line: of a choice the share of times in which its condition held and in which not,
-    /// of a `stop` in how many cases it fired. Empty where nothing is counted.
-    pub fn margin(&self, listing: &Listing, line: &Line) -> String {
-        let Some(number) = line.sweep else { return String::new() };
-        let Some(sweep) = listing.sweeps().nth(number) else { return String::new() };
-        let (choices, stops) = (sweep.choice_sites(), sweep.stop_sites());
+    /// What stands in the margin of each line: of a choice the share of times in which its condition held and in which
+    /// not, of a `stop` in how many cases it fired. Empty where nothing is counted.
+    pub fn margins(&self, listing: &Listing) -> Vec<String> {
+        let sweeps: Vec<(Vec<Site>, BTreeMap<Site, String>)> =
+            listing.sweeps().map(|sweep| (sweep.stop_sites(), sweep.conditions())).collect();
+        let margin = |line: &Line| {
+            let number = line.sweep?;
+            let (stops, conditions) = sweeps.get(number)?;
+            Some(self.margin(number, line, stops, conditions))
+        };
+        listing.lines().iter().map(|line| margin(line).unwrap_or_default()).collect()
+    }
+
+    fn margin(
+        &self,
+        number: usize,
+        line: &Line,
+        stops: &[Site],
+        conditions: &BTreeMap<Site, String>,
+    ) -> String {
         let of = |site: &Site| &self.sweeps[number].sites[*site as usize];
+        let is_stop = |site: &Site| stops.binary_search(site).is_ok();
         let mut parts = Vec::new();
-        let mut here = line.sites.iter().filter(|site| choices.contains(site));
+        let mut here = line.sites.iter().filter(|site| conditions.contains_key(site));
         if let Some(site) = here.next() {
             parts.push(match of(site).share() {
                 Some(share) => format!("{:>6} | {:>6}", percent(share), percent(1.0 - share)),
@@ -148,19 +165,19 @@ impl Profile {
             });
             // Choices inside of what the line computes, by their conditions.
             parts.extend(here.map(|site| {
-                let condition = sweep.condition(*site).unwrap_or_default();
                 let share = of(site).share().map_or_else(|| "never come to".to_string(), percent);
-                format!("{}: {share}", cut(&condition))
+                format!("{}: {share}", cut(conditions.get(site).map_or("", String::as_str)))
             }));
         } else if let [site] = line.sites[..]
-            && !stops.contains(&site)
+            && !is_stop(&site)
         {
             parts.push(format!("{} ×", of(&site).held));
         }
-        if let Some(site) = line.sites.iter().find(|site| stops.contains(site)) {
-            let at = of(site)
-                .stops_at
-                .map_or(String::new(), |q| format!(", mostly at position {:.0} to {:.0}", q.lower, q.upper));
+        if let Some(site) = line.sites.iter().find(|site| is_stop(site)) {
+            let at = of(site).stops_at.map_or(String::new(), |q| match (q.lower, q.upper) {
+                (lower, upper) if lower == upper => format!(", mostly at position {lower:.0}"),
+                (lower, upper) => format!(", mostly at position {lower:.0} to {upper:.0}"),
+            });
             parts.push(format!("stops {} of {} cases{at}", of(site).held, self.cases));
         }
         parts.join("   ")
@@ -243,11 +260,11 @@ mod tests {
         assert_eq!((at.min, at.lower, at.median, at.upper, at.max), (8.0, 8.0, 8.0, 8.0, 8.0));
         // Answers 0, 7 and 7.
         assert_eq!((profile.correct, profile.cases), (2, 3));
-        let lines = listing.lines();
-        let margin = |i: usize| profile.margin(&listing, &lines[i]);
+        let margins = profile.margins(&listing);
+        let margin = |i: usize| &margins[i];
         assert_eq!(margin(3), " 6.5 % | 93.5 %");
         assert_eq!(margin(4), "2 ×");
-        assert_eq!(margin(5), "stops 2 of 3 cases, mostly at position 8 to 8");
+        assert_eq!(margin(5), "stops 2 of 3 cases, mostly at position 8");
         assert_eq!(margin(6), " 6.9 % | 93.1 %   b > 0: 50.0 %");
     }
 

@@ -122,7 +122,8 @@ impl Reducer<'_> {
 
     fn reduce(&mut self, tree: usize, at: usize) {
         let (node, origin) = self.trees[tree][at];
-        if origin.is_none() {
+        // Nothing is tried any more once all work is done.
+        if origin.is_none() || self.left == 0 {
             return;
         }
         let stand_in = if node == Node::Constant(0.0) { 1.0 } else { 0.0 };

@@ -5,8 +5,7 @@
 //! the trees were written. Statements of different registers under the same condition are put together. Since a
 //! listing's registers are read as the position before left them, their order does not matter.
 
-use std::collections::{BTreeSet, HashMap};
-use std::rc::Rc;
+use std::collections::{BTreeMap, HashMap};
 
 use vsonar_ir::{Block, Leaf, Loop, Op, Reg};
 
@@ -55,66 +54,118 @@ fn choice(block: &Block, mask: Reg, holds: bool, then: Vec<Step>, or_else: Vec<S
     }
 }
 
+/// The same without choices between statements: values, and where it ends. This is flat however the choices are nested.
+pub(super) fn values(l: &Loop) -> Vec<Step> {
+    let mut steps = Vec::new();
+    for (k, next) in l.next().iter().enumerate() {
+        steps.extend(next.map(|next| Step::Assign(k as u8, next)));
+    }
+    if let Some(mask) = l.break_if() {
+        steps.extend(choice(l.body(), mask, true, vec![Step::Stop], Vec::new()));
+    }
+    steps
+}
+
+/// What may be looked at in all to find common values.
+const WORK: usize = 20_000_000;
+
 /// What makes one register's next value.
 struct Planner<'a> {
     block: &'a Block,
     register: u8,
-    reached: HashMap<Reg, Rc<BTreeSet<Reg>>>,
     /// How many more statements there may be: shared choices are written out each time they are come to.
     left: usize,
+    /// What may still be looked at.
+    work: usize,
 }
 
 impl<'a> Planner<'a> {
     fn new(block: &'a Block, register: u8) -> Planner<'a> {
-        Planner { block, register, reached: HashMap::new(), left: 0 }
+        Planner { block, register, left: 0, work: WORK }
     }
 
     fn target(&mut self, value: Reg) -> Vec<Step> {
-        let selects = self.reach(value).len();
-        self.left = 3 * selects + 8;
+        self.left = 3 * self.choices(value) + 8;
         // Where choices are shared too much to be written out, they are values with names.
         self.plan(value, None).unwrap_or_else(|| vec![Step::Assign(self.register, value)])
     }
 
-    /// The choices that a value may come from, itself included.
-    fn reach(&mut self, value: Reg) -> Rc<BTreeSet<Reg>> {
-        if let Some(known) = self.reached.get(&value) {
-            return Rc::clone(known);
-        }
+    /// The two values of a choice.
+    fn sides(&self, value: Reg) -> Option<[Reg; 2]> {
         let inst = self.block.inst(value);
-        let mut set = BTreeSet::new();
-        if inst.op() == Op::Select {
-            set.insert(value);
-            for side in [inst.args()[1], inst.args()[2]] {
-                set.extend(self.reach(side).iter().copied());
+        (inst.op() == Op::Select).then(|| [inst.args()[1], inst.args()[2]])
+    }
+
+    /// How many choices a value may come from, itself included.
+    fn choices(&self, value: Reg) -> usize {
+        let mut seen = vec![false; self.block.len()];
+        let mut open = vec![value];
+        let mut count = 0;
+        while let Some(reg) = open.pop() {
+            if let Some(sides) = self.sides(reg)
+                && !std::mem::replace(&mut seen[reg.index()], true)
+            {
+                count += 1;
+                open.extend(sides);
             }
         }
-        let set = Rc::new(set);
-        self.reached.insert(value, Rc::clone(&set));
-        set
+        count
+    }
+
+    /// The last choice that both values come from, if there is one; `None` outside if that takes too long to find.
+    fn common(&mut self, x: Reg, y: Reg) -> Option<Option<Reg>> {
+        const BOTH: u8 = 3;
+        // Choices still to be followed, and from which of the values they are come to. A value's operands have lesser
+        // numbers than itself, so that of the greatest all ways to it are known.
+        let mut open: BTreeMap<Reg, u8> = BTreeMap::new();
+        let mut from = [0usize; 2];
+        let mut next = vec![(x, 1), (y, 2)];
+        loop {
+            for (reg, ways) in next.drain(..).filter(|(reg, _)| self.sides(*reg).is_some()) {
+                let known = open.entry(reg).or_default();
+                (0..2).filter(|i| ways & !*known & (1 << i) != 0).for_each(|i| from[i] += 1);
+                *known |= ways;
+            }
+            if from.contains(&0) {
+                return Some(None);
+            }
+            self.work = self.work.checked_sub(1)?;
+            let Some((reg, ways)) = open.pop_last() else { return Some(None) };
+            if ways == BOTH {
+                return Some(Some(reg));
+            }
+            (0..2).filter(|i| ways & (1 << i) != 0).for_each(|i| from[i] -= 1);
+            next.extend(self.sides(reg).into_iter().flatten().map(|side| (side, ways)));
+        }
     }
 
     /// The statements after which the register holds `value` if it held `before` (what the position before left, if
     /// none is given); `None` if they are too many.
-    fn plan(&mut self, value: Reg, before: Option<Reg>) -> Option<Vec<Step>> {
-        let inst = self.block.inst(value);
-        let unchanged = before == Some(value);
-        if unchanged || (before.is_none() && inst.leaf() == Some(Leaf::Read(self.register))) {
-            return Some(Vec::new());
-        }
-        self.left = self.left.checked_sub(1)?;
-        if inst.op() != Op::Select {
-            return Some(vec![Step::Assign(self.register, value)]);
-        }
-        let [mask, x, y] = [inst.args()[0], inst.args()[1], inst.args()[2]];
-        let (from_x, from_y) = (self.reach(x), self.reach(y));
-        let common = from_x.intersection(&from_y).max().copied().filter(|&c| Some(c) != before);
-        let (mut steps, before) = match common {
-            Some(common) => (self.plan(common, before)?, Some(common)),
-            None => (Vec::new(), before),
+    fn plan(&mut self, mut value: Reg, before: Option<Reg>) -> Option<Vec<Step>> {
+        // A sequence of choices, from the last one back.
+        let mut choices = Vec::new();
+        let mut steps = loop {
+            let inst = self.block.inst(value);
+            let unchanged = before == Some(value);
+            if unchanged || (before.is_none() && inst.leaf() == Some(Leaf::Read(self.register))) {
+                break Vec::new();
+            }
+            self.left = self.left.checked_sub(1)?;
+            if inst.op() != Op::Select {
+                break vec![Step::Assign(self.register, value)];
+            }
+            let [mask, x, y] = [inst.args()[0], inst.args()[1], inst.args()[2]];
+            let common = self.common(x, y)?.filter(|&c| Some(c) != before);
+            choices.push((mask, x, y, common.or(before)));
+            match common {
+                Some(common) => value = common,
+                None => break Vec::new(),
+            }
         };
-        let (then, or_else) = (self.plan(x, before)?, self.plan(y, before)?);
-        steps.extend(choice(self.block, mask, true, then, or_else));
+        for (mask, x, y, before) in choices.into_iter().rev() {
+            let (then, or_else) = (self.plan(x, before)?, self.plan(y, before)?);
+            steps.extend(choice(self.block, mask, true, then, or_else));
+        }
         Some(steps)
     }
 }

@@ -3,16 +3,19 @@
 use std::fmt::Write as _;
 
 use super::Explanation;
-use super::listing::{Expr, Listing, Sign};
+use super::listing::Course;
 use super::profile::percent;
-use super::uses::TreeUses;
-use super::visit::Visitor;
+use super::uses::{Renamed, TreeUses};
 use crate::statistics::Quartiles;
+
+pub use super::notes::notes;
 
 /// So many contributions are shown in a text.
 const CONTRIBUTIONS: usize = 24;
 /// The length of lines.
 const WIDTH: usize = 100;
+/// Of lines that are no longer the margins stand below one another.
+const MARGIN: usize = 108;
 /// A part of a listing is cut to this length in a table.
 const PART: usize = 60;
 
@@ -31,7 +34,7 @@ pub fn text(explanation: &Explanation, name: &str) -> String {
         sweeps(explanation).iter().for_each(|line| wrap(line, "  ", &mut out));
     }
     if !explanation.contributions.tried.is_empty() {
-        let _ = writeln!(out, "\nWithout each part, the greatest loss first");
+        let _ = writeln!(out, "\n{}", without(explanation));
         let rows = contributions(explanation);
         let widths: Vec<usize> =
             (0..5).map(|i| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0)).collect();
@@ -93,7 +96,7 @@ pub fn markdown(explanation: &Explanation, name: &str) -> String {
         }
     }
     if !explanation.contributions.tried.is_empty() {
-        let _ = writeln!(out, "\n## Without each part\n");
+        let _ = writeln!(out, "\n## {}\n", without(explanation));
         let rows = contributions(explanation);
         for (i, row) in rows.iter().enumerate() {
             let cells: Vec<String> = row.iter().map(|cell| escape(cell)).collect();
@@ -122,14 +125,13 @@ fn escape(text: &str) -> String {
 /// The listing with numbers before the lines and, where there is data, what happens at each after them.
 pub fn listing(explanation: &Explanation) -> String {
     let lines = explanation.listing.lines();
-    let margins: Vec<String> = lines
-        .iter()
-        .map(|line| {
-            explanation.profile.as_ref().map_or(String::new(), |p| p.margin(&explanation.listing, line))
-        })
-        .collect();
+    let margins = match &explanation.profile {
+        Some(profile) => profile.margins(&explanation.listing),
+        None => vec![String::new(); lines.len()],
+    };
     let with_margin = lines.iter().zip(&margins).filter(|(_, margin)| !margin.is_empty());
-    let width = with_margin.map(|(line, _)| line.text.chars().count()).max().unwrap_or(0).min(84);
+    let lengths = with_margin.map(|(line, _)| line.text.chars().count());
+    let width = lengths.filter(|length| *length <= MARGIN).max().unwrap_or(0);
     let mut out = String::new();
     for (i, (line, margin)) in lines.iter().zip(&margins).enumerate() {
         let gap = if margin.is_empty() { "" } else { "  │ " };
@@ -149,80 +151,25 @@ pub fn checked(explanation: &Explanation) -> String {
     )
 }
 
-/// How to read a listing: of the rules those that it needs.
-pub fn notes(listing: &Listing) -> Vec<String> {
-    #[derive(Default)]
-    struct Seen {
-        protected: bool,
-        power: bool,
-        register: bool,
-        iter2: bool,
-    }
-    impl Visitor for Seen {
-        fn expr(&mut self, expr: &mut Expr) {
-            match expr {
-                Expr::Binary(Sign::Protected, ..) => self.protected = true,
-                Expr::Power(_, n) => self.power |= *n > 2,
-                Expr::Register(_) => self.register = true,
-                Expr::Iter2(_) => self.iter2 = true,
-                _ => {}
-            }
-        }
-    }
-    let mut seen = Seen::default();
-    listing.clone().sweeps_mut().for_each(|sweep| sweep.visit(&mut seen));
-    let text = listing.to_string();
-    let mut notes = vec![
-        "A window that moves does so by one pixel at a time. y is the row of its centre, from the top; x-obstacle the column asked \
-         about; an operator's name its average over the window (-sq: of its squares). The answer is the last a."
-            .to_string(),
-    ];
-    if listing.sweeps().any(|sweep| sweep.column != Expr::XObstacle) {
-        notes.push("A column is rounded, and moved to where the window is inside the image.".to_string());
-    }
-    if text.contains("stop") {
-        notes.push("stop ends the sweep after this position; what is stored there counts.".to_string());
-    }
-    if seen.register {
-        notes.push(
-            "A register on the right has the value that the position before left, 0 at the first."
-                .to_string(),
-        );
-    } else {
-        notes.push("A register that nothing is stored in is 0.".to_string());
-    }
-    if seen.iter2 {
-        notes.push("iter2-… is a register of the first tree as it ended.".to_string());
-    }
-    if seen.protected {
-        notes.push("÷ is 1 where the divisor is 0.".to_string());
-    }
-    if seen.power {
-        notes.push("Each operation is rounded to binary32: x³ is x·x·x, x⁴ (x²)², x⁵ (x²)²·x.".to_string());
-    }
-    if text.contains('≰') || text.contains('≮') {
-        notes.push("≰ and ≮ hold also where a value is not a number.".to_string());
-    }
-    notes
-}
-
 /// What is used, line by line.
 pub fn uses(explanation: &Explanation) -> Vec<String> {
     let uses = &explanation.uses;
     let (nodes, live) = uses.nodes();
     let (at_most, more) = if uses.complete { ("", "") } else { ("at most ", " or more") };
     let mut out = vec![format!(
-        "{at_most}{live} of {nodes} nodes do anything; introns: {}{more} ({}). {} operations before the optimiser, {} after.",
+        "{at_most}{live} of {nodes} nodes do anything; introns: {}{more} ({}). {} operation{} before the optimiser, {} after.",
         nodes - live,
         percent((nodes - live) as f64 / nodes.max(1) as f64),
         uses.operations_before,
+        if uses.operations_before == 1 { "" } else { "s" },
         uses.operations,
     )];
-    out.extend(uses.trees.iter().map(tree_uses));
+    let merged = |tree: &TreeUses| tree.tree == "first" && explanation.listing.first.is_none();
+    out.extend(uses.trees.iter().map(|tree| tree_uses(tree, merged(tree))));
     out
 }
 
-fn tree_uses(tree: &TreeUses) -> String {
+fn tree_uses(tree: &TreeUses, merged: bool) -> String {
     let list = |names: &[&str]| if names.is_empty() { "none".to_string() } else { names.join(", ") };
     let name = if tree.tree == "only" { "the tree".to_string() } else { format!("{} tree", tree.tree) };
     if tree.live == 0 {
@@ -233,7 +180,7 @@ fn tree_uses(tree: &TreeUses) -> String {
         names => format!(" (in the tree, but not needed: {})", names.join(", ")),
     };
     format!(
-        "{name}: {} of {} nodes; operators {}{}; registers stored {}, read {}{}",
+        "{name}: {} of {} nodes; operators {}{}; registers stored {}, read {}{}{}",
         tree.live,
         tree.nodes,
         list(&tree.operators),
@@ -241,7 +188,34 @@ fn tree_uses(tree: &TreeUses) -> String {
         list(&tree.stored),
         list(&tree.read),
         idle(&tree.idle_registers),
+        if merged {
+            "; in the listing it is a part of the only tree there".to_string()
+        } else {
+            renamed(&tree.listing)
+        },
     )
+}
+
+/// Where the listing's registers are not those of the tree.
+fn renamed(listing: &Renamed) -> String {
+    let mut parts: Vec<String> =
+        listing.other_letter.iter().map(|[tree, listing]| format!("{tree} is called {listing}")).collect();
+    if !listing.without.is_empty() {
+        parts.push(format!("{} not there", are(&listing.without)));
+    }
+    if !listing.own.is_empty() {
+        parts.push(format!("{} the optimiser's own", are(&listing.own)));
+    }
+    if parts.is_empty() { String::new() } else { format!("; in the listing {}", parts.join(", ")) }
+}
+
+/// Names and a verb.
+fn are(names: &[&str]) -> String {
+    match names {
+        [one] => format!("{one} is"),
+        [some @ .., last] => format!("{} and {last} are", some.join(", ")),
+        [] => String::new(),
+    }
 }
 
 /// How the program does on the data.
@@ -261,19 +235,39 @@ pub fn sweeps(explanation: &Explanation) -> Vec<String> {
     let mut out = Vec::new();
     for (i, (sweep, of)) in profile.sweeps.iter().zip(explanation.listing.sweeps()).enumerate() {
         let name = if both { ["first tree", "second tree"][i] } else { "the tree" };
-        let mean = sweep.positions as f64 / profile.cases.max(1) as f64;
-        let mut line = format!("{name}: {mean:.1} positions in the mean");
+        let mut line = match of.course {
+            Course::Stands(_) => format!("{name}: one position in each case"),
+            Course::Moves(_) => {
+                let mean = sweep.positions as f64 / profile.cases.max(1) as f64;
+                format!("{name}: {mean:.1} positions in a case, in the mean")
+            }
+        };
         if !of.stop_sites().is_empty() {
             let _ = write!(line, "; a stop ends it in {} of {} cases", sweep.stopped, profile.cases);
         }
         out.push(line);
         for (i, at) in lines_of_stops(explanation, i) {
             let Quartiles { min, lower, median, upper, max } = at;
-            out.push(format!(
-                "stop in line {i}: at position {min:.0}, {lower:.0}, {median:.0}, {upper:.0}, {max:.0} \
-                 (least, quartiles, greatest)"
-            ));
+            out.push(if min == max {
+                format!("stop in line {i}: always at position {min:.0}")
+            } else {
+                format!(
+                    "stop in line {i}: at position {min:.0}, {lower:.0}, {median:.0}, {upper:.0}, {max:.0} \
+                     (least, quartiles, greatest; the first is 1)"
+                )
+            });
         }
+    }
+    let margins = profile.margins(&explanation.listing).concat();
+    let signs = [
+        (" | ", "of a choice how often its condition holds | does not"),
+        ("×", "of what is stored how often (×)"),
+        ("never come to", "never come to: no case gets there"),
+    ];
+    let there: Vec<&str> =
+        signs.into_iter().filter(|(sign, _)| margins.contains(sign)).map(|(_, what)| what).collect();
+    if !there.is_empty() {
+        out.push(format!("beside the lines: {}", there.join("; ")));
     }
     out
 }
@@ -290,6 +284,15 @@ fn lines_of_stops(explanation: &Explanation, number: usize) -> Vec<(usize, Quart
         }
     }
     out
+}
+
+/// The words above the table of contributions.
+fn without(explanation: &Explanation) -> &'static str {
+    if explanation.contributions.tried.iter().any(|c| c.loss < 0.0) {
+        "Without each part, the greatest loss first (below 0: it does better without)"
+    } else {
+        "Without each part, the greatest loss first"
+    }
 }
 
 /// The table of contributions: a heading and rows of loss, fitness, line, part and what is in its place.

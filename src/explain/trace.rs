@@ -1,5 +1,6 @@
 //! One case, pixel by pixel: what the window sees at every position, what is stored, which branches are taken.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use serde::Serialize;
@@ -78,23 +79,22 @@ struct Watch<'a, W> {
     windows: &'a W,
     sweeps: Vec<Watched<'a>>,
     traces: Vec<SweepTrace>,
-    here: Vec<(Site, bool)>,
+    here: BTreeMap<Site, bool>,
 }
 
 impl<W: Windows> Observer for Watch<'_, W> {
     fn site(&mut self, _: usize, site: Site, held: bool) {
-        self.here.push((site, held));
+        self.here.entry(site).or_insert(held);
     }
 
     fn position(&mut self, number: usize, at: &Position) {
         let Watched { sweep, operands, registers, choices } = &self.sweeps[number];
         let window = |&operand: &Operand| WindowAt { operand, rect: sweep.rect, x: at.x, y: at.y };
-        let held = |site: &Site| self.here.iter().find(|(s, _)| s == site).map(|(_, held)| *held);
         let position = TracePosition {
             y: at.y,
             averages: operands.iter().map(|operand| self.windows.average(window(operand))).collect(),
             registers: registers.iter().map(|&k| at.registers[usize::from(k)]).collect(),
-            branches: choices.iter().map(held).collect(),
+            branches: choices.iter().map(|site| self.here.get(site).copied()).collect(),
             stopped: at.stopped,
         };
         self.traces[number].x = at.x;
@@ -145,7 +145,7 @@ impl Trace {
         let cases = set.case_set();
         let of = set.cases()[case];
         let windows = cases.image(case);
-        let mut watch = Watch { windows, sweeps, traces, here: Vec::new() };
+        let mut watch = Watch { windows, sweeps, traces, here: BTreeMap::new() };
         let outcome = listing.run(windows, of.x as f32, &mut watch);
         Trace {
             image: set.images()[of.image].name.clone(),
@@ -204,7 +204,8 @@ impl SweepTrace {
             let mut line = String::from(" ");
             for (i, text) in row.iter().enumerate() {
                 let width = widths[i];
-                let _ = if i + 1 == widths.len() || row.len() == 1 {
+                let words = i + 1 == widths.len() && self.has_branches();
+                let _ = if words || row.len() == 1 {
                     write!(line, " {text}")
                 } else {
                     write!(line, " {text:>width$} ")
@@ -214,14 +215,23 @@ impl SweepTrace {
         }
     }
 
+    /// Whether there is anything to say of branches.
+    fn has_branches(&self) -> bool {
+        !self.choices.is_empty() || self.positions.iter().any(|at| at.stopped)
+    }
+
     fn heading(&self) -> Vec<String> {
         let names = self.operators.iter().chain(&self.registers).map(|name| name.to_string());
-        std::iter::once("y".to_string()).chain(names).chain(["branches (line, held)".to_string()]).collect()
+        let branches = self.has_branches().then(|| "branches (line, held)".to_string());
+        std::iter::once("y".to_string()).chain(names).chain(branches).collect()
     }
 
     fn row(&self, at: &TracePosition) -> Vec<String> {
         let mut row = vec![at.y.to_string()];
         row.extend(at.averages.iter().chain(&at.registers).map(|&value| short(value)));
+        if !self.has_branches() {
+            return row;
+        }
         let mut taken: Vec<String> = self
             .choices
             .iter()

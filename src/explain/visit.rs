@@ -2,7 +2,7 @@
 
 use vsonar_ir::Operand;
 
-use super::listing::{Cond, Expr, Site, Stmt, Sweep};
+use super::listing::{Arm, Cond, Expr, Site, Stmt, Sweep};
 
 /// Whoever walks a listing's statements in the order of the text, to number or to count.
 pub(super) trait Visitor {
@@ -22,10 +22,12 @@ pub(super) fn visit_block(block: &mut [Stmt], v: &mut impl Visitor) {
                 visit_expr(expr, v);
             }
             Stmt::Stop(site) => v.site(site),
-            Stmt::If(site, cond, then, or_else) => {
-                v.site(site);
-                visit_cond(cond, v);
-                visit_block(then, v);
+            Stmt::If(arms, or_else) => {
+                for Arm { site, cond, then } in arms {
+                    v.site(site);
+                    visit_cond(cond, v);
+                    visit_block(then, v);
+                }
                 visit_block(or_else, v);
             }
         }
@@ -66,6 +68,17 @@ pub(super) fn visit_cond(cond: &mut Cond, v: &mut impl Visitor) {
     }
 }
 
+/// Calls a function with every statement, in the order of the text.
+pub(super) fn each<'a>(block: &'a [Stmt], f: &mut impl FnMut(&'a Stmt)) {
+    for stmt in block {
+        f(stmt);
+        if let Stmt::If(arms, or_else) = stmt {
+            arms.iter().for_each(|arm| each(&arm.then, f));
+            each(or_else, f);
+        }
+    }
+}
+
 impl Sweep {
     /// Numbers the places that are counted in the order of the text; how many there are.
     pub(super) fn number_sites(&mut self) -> Site {
@@ -92,28 +105,6 @@ impl Sweep {
 impl Sweep {
     /// The numbers of the choices, in the order of the text.
     pub fn choice_sites(&self) -> Vec<Site> {
-        self.sites_of(|stmt| matches!(stmt, Stmt::If(..)), true)
-    }
-
-    /// The numbers of the `stop`s, in the order of the text.
-    pub fn stop_sites(&self) -> Vec<Site> {
-        self.sites_of(|stmt| matches!(stmt, Stmt::Stop(_)), false)
-    }
-
-    fn sites_of(&self, wanted: impl Fn(&Stmt) -> bool + Copy, with_values: bool) -> Vec<Site> {
-        fn block(stmts: &[Stmt], wanted: impl Fn(&Stmt) -> bool + Copy, out: &mut Vec<Site>) {
-            for stmt in stmts {
-                if let Stmt::Assign(site, ..) | Stmt::Stop(site) | Stmt::If(site, ..) = stmt
-                    && wanted(stmt)
-                {
-                    out.push(*site);
-                }
-                if let Stmt::If(_, _, then, or_else) = stmt {
-                    block(then, wanted, out);
-                    block(or_else, wanted, out);
-                }
-            }
-        }
         struct Values(Vec<Site>);
         impl Visitor for Values {
             fn expr(&mut self, expr: &mut Expr) {
@@ -122,14 +113,26 @@ impl Sweep {
                 }
             }
         }
-        let mut out = Vec::new();
-        block(&self.body, wanted, &mut out);
-        if with_values {
-            let mut values = Values(Vec::new());
-            self.clone().visit(&mut values);
-            out.extend(values.0);
-        }
+        let mut values = Values(Vec::new());
+        self.clone().visit(&mut values);
+        let mut out = values.0;
+        each(&self.body, &mut |stmt| {
+            if let Stmt::If(arms, _) = stmt {
+                out.extend(arms.iter().map(|arm| arm.site));
+            }
+        });
         out.sort_unstable();
+        out
+    }
+
+    /// The numbers of the `stop`s, in the order of the text.
+    pub fn stop_sites(&self) -> Vec<Site> {
+        let mut out = Vec::new();
+        each(&self.body, &mut |stmt| {
+            if let Stmt::Stop(site) = stmt {
+                out.push(*site);
+            }
+        });
         out
     }
 
@@ -150,18 +153,6 @@ impl Sweep {
 
     /// Which registers are stored, and which are read, by number.
     pub fn registers(&self) -> [[bool; 5]; 2] {
-        fn stored(stmts: &[Stmt], out: &mut [bool; 5]) {
-            for stmt in stmts {
-                match stmt {
-                    Stmt::Assign(_, k, _) => out[usize::from(*k)] = true,
-                    Stmt::If(_, _, then, or_else) => {
-                        stored(then, out);
-                        stored(or_else, out);
-                    }
-                    _ => {}
-                }
-            }
-        }
         struct Read([bool; 5]);
         impl Visitor for Read {
             fn expr(&mut self, expr: &mut Expr) {
@@ -171,7 +162,11 @@ impl Sweep {
             }
         }
         let mut written = [false; 5];
-        stored(&self.body, &mut written);
+        each(&self.body, &mut |stmt| {
+            if let Stmt::Assign(_, k, _) = stmt {
+                written[usize::from(*k)] = true;
+            }
+        });
         let mut read = Read([false; 5]);
         self.clone().visit(&mut read);
         [written, read.0]

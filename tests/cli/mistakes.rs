@@ -27,12 +27,36 @@ fn outputs_replace_nothing_but_their_own_kind() {
             assert!(complaint.contains(precious) && complaint.contains("choose another name"), "{complaint}");
         }
     }
+    for precious in ["data/labels.csv", "./run/best.gp", "run/settings.toml", image] {
+        for flag in ["--markdown", "--svg", "--dot"] {
+            let complaint = place.fails(1, &["explain", "run", flag, precious]);
+            assert!(complaint.contains(precious) && complaint.contains("choose another name"), "{complaint}");
+        }
+    }
+    for _ in 0..2 {
+        place.ok(&["explain", "run", "--markdown", "e.md", "--svg", "e.svg", "--dot", "e.dot"]);
+    }
+    place.write("e.md", "# Notes\n\nof mine\n");
+    assert!(
+        place.fails(1, &["explain", "run", "--markdown", "e.md"]).contains("no explanation of this program")
+    );
     // An earlier one is replaced, an empty file is filled.
     place.write("answers.csv", "");
     for _ in 0..2 {
         place.ok(&["eval", "run", "--answers", "answers.csv"]);
         place.ok(&["report", "run", "--no-rivals"]);
     }
+}
+
+#[test]
+fn flags_of_explain_that_come_to_nothing_are_refused() {
+    let place = Place::new();
+    evolved(&place);
+    let complaint = place.fails(2, &["explain", "run", "--full"]);
+    assert!(complaint.contains("--trace"), "{complaint}");
+    assert!(place.fails(2, &["explain", "run", "--markdown", "-"]).contains("`-`"));
+    let complaint = place.fails(1, &["explain", "run/best.gp", "--size", "9000x9000", "--memory", "1"]);
+    assert!(complaint.contains("GiB of memory are needed for an image of 9000 x 9000 pixels"), "{complaint}");
 }
 
 #[test]

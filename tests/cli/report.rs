@@ -163,6 +163,29 @@ fn the_commands_of_the_page_repeat_the_run() {
 }
 
 #[test]
+fn the_explanation_can_be_left_out() {
+    let place = Place::new();
+    evolved(&place, "3", "run", &[]);
+    let of = |more: &[&str]| {
+        let report = json(&place, &[&["run", "--no-rivals"], more].concat());
+        let run = &report["runs"][0];
+        (run["program"]["explanation"].clone(), run["scores"].clone(), report["command"].clone())
+    };
+    let (there, scores, _) = of(&[]);
+    assert!(there["listing"].as_str().expect("a listing").contains("answer: a"), "{there}");
+    let (left_out, same_scores, command) = of(&["--no-explain"]);
+    assert!(left_out.is_null(), "{left_out}");
+    assert_eq!(scores, same_scores);
+    assert_eq!(command, "vsonar report run --no-rivals --no-explain");
+    // Neither a heading without a listing nor a complaint is on the page.
+    place.ok(&["report", "run", "--no-rivals", "--no-explain", "--out", "without.html"]);
+    place.ok(&["report", "run", "--no-rivals", "--out", "with.html"]);
+    let listing = "images of 64 x 48 pixels";
+    assert!(place.read("with.html").contains(listing) && !place.read("without.html").contains(listing));
+    assert!(!place.read("without.html").contains("is not explained"));
+}
+
+#[test]
 fn names_are_text_and_never_markup() {
     let place = Place::new();
     let data = Dataset::load(place.path("data")).expect("sound");
