@@ -41,6 +41,7 @@ mod new_folder;
 mod output;
 mod part;
 mod program;
+mod recording;
 mod report;
 mod report_data;
 mod run;
