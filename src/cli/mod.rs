@@ -14,6 +14,7 @@ mod completions;
 mod data;
 mod data_args;
 mod data_import;
+mod data_import_names;
 mod data_import_write;
 mod data_video;
 mod drive;
