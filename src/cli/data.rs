@@ -14,7 +14,7 @@ use super::{CliError, data_import, data_video, recording, source_made};
 const EXAMPLES: &str = "\
 Examples:
   vsonar data check photos                report on a folder, every fault with its line
-  vsonar data synth corridor              write the images that `vsonar evolve` uses when it is given none
+  vsonar data synth corridor              write a synthetic corridor, with labels
   vsonar data synth elsewhere --seed 2    another building
   vsonar data import labelme photos --ground floor --out labelled
       a folder of what was annotated with LabelMe; also of masks and COCO
@@ -54,7 +54,7 @@ enum Command {
         #[arg(long, value_name = "N", default_value_t = source_made::BUILDING)]
         seed: u64,
         /// How many images
-        #[arg(long, value_name = "N", default_value_t = FRAMES)]
+        #[arg(long, value_name = "N", default_value_t = FRAMES, value_parser = recording::frames())]
         frames: usize,
         /// Width and height of the images in pixels
         #[arg(long, value_name = "WxH", value_parser = size, default_value = "320x240")]

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use clap::builder::RangedU64ValueParser;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vsonar::dataset::Dataset;
 
@@ -17,6 +18,11 @@ use super::{CliError, interrupt};
 const LOOK: Duration = Duration::from_millis(20);
 /// How often the line on a terminal moves.
 const TICK: Duration = Duration::from_millis(150);
+
+/// How many pictures can be asked for.
+pub(crate) fn frames() -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(1..=10_000)
+}
 
 /// Renders a set and writes it as a new folder, which appears complete or not at all. That it can be made is known before
 /// anything is rendered.

@@ -26,7 +26,7 @@ hallway. combined has every other image of both. The images are in the order in 
 
 /// Write what a robot's camera recorded in a synthetic office, as a data folder
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub(crate) struct Args {
     /// Which office: nsh, fmrb, or combined for every other image of both
     #[arg(long, value_name = "NAME", required_unless_present = "plan")]
@@ -51,7 +51,7 @@ pub(crate) struct Args {
     changed: bool,
     /// How many images; of combined, how many of each building before every other one is taken [default: 69 of nsh,
     /// 71 of fmrb, 70 with --plan]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = recording::frames())]
     frames: Option<usize>,
 }
 
