@@ -7,14 +7,14 @@ use vsonar::camera::Camera;
 use vsonar::dataset;
 use vsonar::world::{Corridor, FRAMES};
 
-use super::output::{self, count, shell_word};
+use super::output;
 use super::program::size;
-use super::{CliError, data_import, data_video, source_made};
+use super::{CliError, data_import, data_video, recording, source_made};
 
 const EXAMPLES: &str = "\
 Examples:
   vsonar data check photos                report on a folder, every fault with its line
-  vsonar data synth corridor              write the images that `vsonar evolve` uses when it is given none
+  vsonar data synth corridor              write a synthetic corridor, with labels
   vsonar data synth elsewhere --seed 2    another building
   vsonar data import labelme photos --ground floor --out labelled
       a folder of what was annotated with LabelMe; also of masks and COCO
@@ -54,7 +54,7 @@ enum Command {
         #[arg(long, value_name = "N", default_value_t = source_made::BUILDING)]
         seed: u64,
         /// How many images
-        #[arg(long, value_name = "N", default_value_t = FRAMES)]
+        #[arg(long, value_name = "N", default_value_t = FRAMES, value_parser = recording::frames())]
         frames: usize,
         /// Width and height of the images in pixels
         #[arg(long, value_name = "WxH", value_parser = size, default_value = "320x240")]
@@ -82,13 +82,6 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             if report.is_sound() { Ok(()) } else { Err(CliError::Negative) }
         }
         Command::Synth { dir, seed, frames, size: (width, height), camera } => {
-            if dir.symlink_metadata().is_ok() {
-                let text = format!(
-                    "{}: exists already and is never overwritten; choose another name",
-                    dir.display()
-                );
-                return Err(CliError::Failed(text));
-            }
             let mut corridor = Corridor { width, height, ..Corridor::default() };
             if let Some(path) = camera {
                 let camera = Camera::load(&path)?;
@@ -96,17 +89,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
                 checked.map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?;
                 corridor = corridor.seen_by(&camera);
             }
-            let set = corridor.render(seed, frames)?;
-            set.save(&dir)?;
-            output::print(&format!(
-                "{}: {} of {} x {} pixels, {}\nNext: vsonar evolve --data {}\n",
-                dir.display(),
-                count(set.images().len() as u64, "image"),
-                set.width(),
-                set.height(),
-                count(set.cases().len() as u64, "case"),
-                shell_word(&dir)
-            ))
+            recording::write(&dir, move || Ok(corridor.render(seed, frames)?))
         }
     }
 }

@@ -7,6 +7,7 @@ use clap::Subcommand;
 use vsonar::dataset::import::{Crop, Found, Labels, Named, Value, Values, View, coco, labelme, masks};
 
 use super::CliError;
+use super::data_import_names::{Names, listed};
 use super::data_import_write::write;
 use super::new_folder::NewFolder;
 use super::program::size;
@@ -118,19 +119,20 @@ struct LabelArgs {
     #[command(flatten)]
     named: NamedArgs,
     /// The names of what nobody knows whether it is ground
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    ignore: Vec<String>,
+    #[arg(long, value_name = "NAMES")]
+    ignore: Vec<Names>,
 }
 
 #[derive(clap::Args)]
 #[group(required = true, multiple = false)]
 struct NamedArgs {
-    /// The names of the ground; all else is an obstacle
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    ground: Vec<String>,
+    /// The names of the ground; all else is an obstacle. Names stand between commas, one with a comma in double quotes, as
+    /// in '"tiles, wet",rug'; the flag can be given again
+    #[arg(long, value_name = "NAMES")]
+    ground: Vec<Names>,
     /// The names of obstacles; all else is ground
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    obstacle: Vec<String>,
+    #[arg(long, value_name = "NAMES")]
+    obstacle: Vec<Names>,
 }
 
 impl LabelArgs {
@@ -139,8 +141,7 @@ impl LabelArgs {
             true => (Named::Ground, self.named.ground),
             false => (Named::Other, self.named.obstacle),
         };
-        let set =
-            |names: Vec<String>| names.iter().map(|name| name.trim().to_string()).collect::<BTreeSet<_>>();
+        let set = |names: Vec<Names>| names.into_iter().flat_map(|names| names.0).collect::<BTreeSet<_>>();
         Labels { named, names: set(names), ignored: set(self.ignore) }
     }
 }
@@ -241,21 +242,20 @@ fn known(labels: &Labels, found: &Found, what: &str) -> Result<(), CliError> {
     // Where a file could not be read, its labels are unknown, and its fault is what matters.
     match labels.unknown(&found.labels).next() {
         Some(name) if found.faulty.is_empty() => {
-            let there: Vec<&str> = found.labels.iter().map(String::as_str).take(40).collect();
-            let there = if there.is_empty() { "none".to_string() } else { there.join(", ") };
-            Err(CliError::Failed(format!("no {what} `{name}`; there are: {there}")))
+            let there = listed(found.labels.iter().map(String::as_str).take(40));
+            let there = if there.is_empty() { "none".to_string() } else { there };
+            Err(CliError::Failed(format!("no {what} {}; there are: {there}", listed([name.as_str()]))))
         }
         _ => Ok(()),
     }
 }
 
 fn no_ground(labels: &Labels) -> String {
-    let names: Vec<&str> = labels.names.iter().map(String::as_str).collect();
     match labels.named {
         Named::Ground => {
             format!(
                 "nothing is ground in the columns asked for, with --ground {}; is it all of it?",
-                names.join(",")
+                listed(labels.names.iter().map(String::as_str))
             )
         }
         Named::Other => {

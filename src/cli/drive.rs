@@ -45,7 +45,7 @@ program is the sensor `program`.";
 
 /// Drive a simulated robot by a program, until it hits something
 #[derive(Debug, clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub(crate) struct Args {
     /// The program, .gp or .vir; or a run folder, for its best one
     program: PathBuf,

@@ -1,4 +1,5 @@
-//! Ctrl-C: the first asks the command to stop and leave things in order, the second ends the process at once.
+//! Signals. The first Ctrl-C asks the command to stop and leave things in order, the second ends the process at once. A
+//! file that grows beyond what is allowed fails to be written.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,4 +18,16 @@ pub(crate) fn stop_flag() -> Result<Arc<AtomicBool>, CliError> {
     })
     .map_err(|e| CliError::Failed(format!("cannot watch for Ctrl-C: {e}")))?;
     Ok(stop)
+}
+
+/// Has writing beyond the largest size of files (`ulimit -f`) fail with an error, as it does on a full disk, instead of
+/// ending the process half-way. To be called before there are other threads, which then do the same.
+pub(crate) fn limits_are_errors() {
+    #[cfg(unix)]
+    {
+        use nix::sys::signal::{SigSet, Signal};
+        // Blocked, not ignored: that takes no unsafe code, and commands started from here are not concerned. Where it cannot
+        // be done all is as without it.
+        let _ = SigSet::from(Signal::SIGXFSZ).thread_block();
+    }
 }

@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use serde::Serialize;
+use vsonar::dataset::Deeper;
 use vsonar::detector::CompiledDetector;
 use vsonar::ir::opt;
 use vsonar::label::{self, Columns, LeftOut, Progress, Session, SessionError};
@@ -71,6 +72,7 @@ struct Ready<'s> {
     columns: &'s [u32],
     progress: Progress,
     left_out: &'s [LeftOut],
+    in_subfolders: Option<&'s Deeper>,
 }
 
 /// Shows the page until Ctrl-C.
@@ -143,6 +145,7 @@ fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliErro
             columns: session.columns(),
             progress,
             left_out: session.left_out(),
+            in_subfolders: session.in_subfolders(),
         };
         return output::print(&format!("{}\n", serde_json::to_string(&ready)?));
     }
@@ -150,6 +153,9 @@ fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliErro
         let shown: String =
             format!("{name}: {why}").chars().map(|c| if c.is_control() { '?' } else { c }).collect();
         eprintln!("note: left out: {shown}");
+    }
+    if let Some(deeper) = session.in_subfolders() {
+        eprintln!("note: {deeper}; label such a folder by itself, or move them up");
     }
     output::print(&format!(
         "{}: {} of {width} x {height} pixels, {}; {} of {} made\nOpen {address}\n\
@@ -167,11 +173,17 @@ fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliErro
 fn saved(session: &Session, columns: Option<&run_columns::Columns>) -> String {
     let Progress { asked, labels, skipped } = session.progress();
     let table = output::from_here(&session.table());
+    let all = session.labels_in_table();
+    // Those of columns that are not asked for are there all the same.
+    let of_all = if all > labels {
+        format!("{labels} of the {}", count(all as u64, "label"))
+    } else {
+        count(labels as u64, "label")
+    };
     let mut text = format!(
-        "{} of {} made: {} in {}",
+        "{} of {} made: {of_all} in {}",
         labels + skipped,
         count(asked as u64, "mark"),
-        count(labels as u64, "label"),
         printable(&table)
     );
     if skipped > 0 {

@@ -14,6 +14,7 @@ mod completions;
 mod data;
 mod data_args;
 mod data_import;
+mod data_import_names;
 mod data_import_write;
 mod data_video;
 mod drive;
@@ -41,6 +42,7 @@ mod new_folder;
 mod output;
 mod part;
 mod program;
+mod recording;
 mod report;
 mod report_data;
 mod run;
@@ -66,6 +68,7 @@ mod synth;
 mod table;
 mod view;
 
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -120,12 +123,16 @@ enum Command {
 
 /// Runs the command that was typed.
 pub(crate) fn main() -> ExitCode {
+    interrupt::limits_are_errors();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // Nobody is left to tell if even this cannot be written.
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+            let printed = error.print().and_then(|()| io::stdout().flush());
+            return match printed {
+                // What was asked for, help or the version; a complaint that cannot be written has its exit code.
+                Err(failed) if !error.use_stderr() => CliError::output(&failed).report(),
+                _ => ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2)),
+            };
         }
     };
     let done = match cli.command {

@@ -8,8 +8,7 @@ use vsonar::camera::Camera;
 use vsonar::dataset::Dataset;
 use vsonar::world::office::{Office, Plan, Setup, World, record};
 
-use super::CliError;
-use super::output::{self, count, shell_word};
+use super::{CliError, recording};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -27,7 +26,7 @@ hallway. combined has every other image of both. The images are in the order in 
 
 /// Write what a robot's camera recorded in a synthetic office, as a data folder
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub(crate) struct Args {
     /// Which office: nsh, fmrb, or combined for every other image of both
     #[arg(long, value_name = "NAME", required_unless_present = "plan")]
@@ -52,32 +51,18 @@ pub(crate) struct Args {
     changed: bool,
     /// How many images; of combined, how many of each building before every other one is taken [default: 69 of nsh,
     /// 71 of fmrb, 70 with --plan]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = recording::frames())]
     frames: Option<usize>,
 }
 
 /// Writes a folder.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
-    let dir = &args.out;
-    if dir.symlink_metadata().is_ok() {
-        let text = format!("{}: exists already and is never overwritten; choose another name", dir.display());
-        return Err(CliError::Failed(text));
-    }
-    let set = match (args.world, &args.plan) {
-        (Some(world), _) => world.recorded(args.seed, args.changed, args.frames)?,
-        (None, Some(plan)) => planned(plan, &args)?,
-        (None, None) => return Err(CliError::Usage("give --world or --plan".to_string())),
-    };
-    set.save(dir)?;
-    output::print(&format!(
-        "{}: {} of {} x {} pixels, {}\nNext: vsonar evolve --data {}\n",
-        dir.display(),
-        count(set.images().len() as u64, "image"),
-        set.width(),
-        set.height(),
-        count(set.cases().len() as u64, "case"),
-        shell_word(dir)
-    ))
+    let dir = args.out.clone();
+    recording::write(&dir, move || match (args.world, &args.plan) {
+        (Some(world), _) => Ok(world.recorded(args.seed, args.changed, args.frames)?),
+        (None, Some(plan)) => planned(plan, &args),
+        (None, None) => Err(CliError::Usage("give --world or --plan".to_string())),
+    })
 }
 
 /// The longest plan, in bytes; the library refuses what is longer, so one more is read.

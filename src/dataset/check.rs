@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::constants::{BestConstant, Constants, Score, TOLERANCE};
+use super::deeper::Deeper;
 use super::fault::Fault;
 use super::{Dataset, scan};
 
@@ -102,6 +103,7 @@ pub struct CheckReport {
     constant: Option<BestConstant>,
     constant_per_column: Option<Score>,
     unlabelled: Vec<String>,
+    in_subfolders: Option<Deeper>,
     faults: Vec<Fault>,
 }
 
@@ -126,6 +128,7 @@ pub fn check(dir: impl AsRef<Path>) -> CheckReport {
         constant: constants.as_ref().map(Constants::overall),
         constant_per_column: set.zip(constants.as_ref()).map(|(s, c)| c.score(s)),
         unlabelled: scan.unlabelled,
+        in_subfolders: scan.in_subfolders,
         faults: scan.faults,
     }
 }
@@ -204,6 +207,11 @@ impl CheckReport {
     pub fn unlabelled(&self) -> &[String] {
         &self.unlabelled
     }
+
+    /// Image files in subfolders that no row names: a note, not a fault.
+    pub fn in_subfolders(&self) -> Option<&Deeper> {
+        self.in_subfolders.as_ref()
+    }
 }
 
 impl fmt::Display for CheckReport {
@@ -223,6 +231,9 @@ impl fmt::Display for CheckReport {
             let shown = self.unlabelled.iter().take(NAMED).cloned().collect::<Vec<_>>().join(", ");
             let more = if self.unlabelled.len() > NAMED { ", ..." } else { "" };
             writeln!(f, "\nnote: {} image(s) without labels: {shown}{more}", self.unlabelled.len())?;
+        }
+        if let Some(deeper) = &self.in_subfolders {
+            writeln!(f, "\nnote: {deeper}, for no row names them")?;
         }
         match self.faults.len() {
             0 => writeln!(f, "\nno faults"),

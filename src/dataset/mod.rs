@@ -36,6 +36,7 @@ use crate::vision::{CaseSet, Lane, Planes, WindowSums};
 mod between;
 mod check;
 mod constants;
+mod deeper;
 mod fault;
 pub mod import;
 mod part;
@@ -51,6 +52,7 @@ mod variation;
 
 pub use check::{CheckReport, ColumnReport, Distribution, check};
 pub use constants::{BestConstant, Constants, Score, TOLERANCE, best_constant};
+pub use deeper::Deeper;
 pub use fault::{DatasetError, Fault, FaultKind, Place};
 pub use part::{DEFAULT_GAP, ParsePartError, Part, Unit};
 pub use save::SaveError;

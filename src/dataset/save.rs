@@ -17,7 +17,8 @@
 //! ```
 
 use std::collections::BTreeSet;
-use std::fs;
+use std::fs::{self, File};
+use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use image::ImageFormat;
@@ -35,9 +36,12 @@ pub enum SaveError {
     #[error("{} does not name a new folder", .0.display())]
     NoName(PathBuf),
     /// The system refused.
-    #[error("{} cannot be written: {cause}", .path.display())]
+    #[error(
+        "{} cannot be written: {cause}; is the folder it is to be in there, may one write to it, and is there room?",
+        .path.display()
+    )]
     Io {
-        /// What was being written.
+        /// What was to be written, by its final name.
         path: PathBuf,
         /// The system's words.
         cause: String,
@@ -71,32 +75,45 @@ impl Dataset {
         hidden.push(name);
         hidden.push(format!(".part-{}", std::process::id()));
         let part = dir.with_file_name(hidden);
-        fs::create_dir(&part).map_err(|e| io(&part, e))?;
+        fs::create_dir(&part).map_err(|e| io(dir, e))?;
         let part = Unfinished(part);
-        self.write_into(&part.0)?;
+        for (name, bytes) in self.files() {
+            let path = part.0.join(&name);
+            let write = || {
+                path.parent().map_or(Ok(()), fs::create_dir_all)?;
+                let mut file = File::create(&path)?;
+                file.write_all(&bytes)?;
+                if name == TABLE { file.sync_all() } else { Ok(()) }
+            };
+            write().map_err(|e| io(&dir.join(&name), e))?;
+        }
         fs::rename(&part.0, dir).map_err(|e| io(dir, e))
     }
 
-    fn write_into(&self, dir: &Path) -> Result<(), SaveError> {
+    /// The files of the folder that [`Dataset::save`] writes, by path in it: an image at a time, made when it is asked
+    /// for, and the table as the last.
+    pub fn files(&self) -> impl Iterator<Item = (String, Vec<u8>)> {
         let names = self.png_names();
-        for (image, name) in self.images.iter().zip(&names) {
-            let path = dir.join(IMAGES).join(name);
-            if let Some(parent) = path.parent() {
-                fs::create_dir_all(parent).map_err(|e| io(parent, e))?;
-            }
-            image.pixels.save_with_format(&path, ImageFormat::Png).map_err(|e| io(&path, e))?;
-        }
-        let path = dir.join(TABLE);
-        let mut table = csv::Writer::from_path(&path).map_err(|e| io(&path, e))?;
+        let table = self.table(&names);
+        let images = self.images.iter().zip(names).map(|(image, name)| {
+            let mut png = Cursor::new(Vec::new());
+            image.pixels.write_to(&mut png, ImageFormat::Png).expect("memory can be written");
+            (format!("{IMAGES}/{name}"), png.into_inner())
+        });
+        images.chain(std::iter::once((TABLE.to_string(), table)))
+    }
+
+    /// The table of the cases, with these names of the images.
+    fn table(&self, names: &[String]) -> Vec<u8> {
+        let mut table = csv::Writer::from_writer(Vec::new());
         let fields = if self.has_groups() { 4 } else { 3 };
-        let mut row = |all: [&str; 4]| table.write_record(&all[..fields]).map_err(|e| io(&path, e));
-        row(["image", "x", "y", "group"])?;
+        let mut row = |all: [&str; 4]| table.write_record(&all[..fields]).expect("memory can be written");
+        row(["image", "x", "y", "group"]);
         for case in &self.cases {
             let (x, y, group) = (case.x.to_string(), case.y.to_string(), self.group(case.image));
-            row([&names[case.image], &x, &y, group.unwrap_or_default()])?;
+            row([&names[case.image], &x, &y, group.unwrap_or_default()]);
         }
-        let file = table.into_inner().map_err(|e| io(&path, e.error()))?;
-        file.sync_all().map_err(|e| io(&path, e))
+        table.into_inner().expect("memory can be written")
     }
 
     /// The names as PNG files, all different.

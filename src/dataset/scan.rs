@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use image::GrayImage;
 use rayon::prelude::*;
 
+use super::deeper::Deeper;
 use super::fault::{DatasetError, Fault, FaultKind, Place};
 use super::table::{Named, Row, is_confined, read_table};
 use super::{Case, Dataset, NamedImage};
@@ -33,6 +34,8 @@ pub(super) struct Scan {
     pub(super) rows: usize,
     /// Image files no row names.
     pub(super) unlabelled: Vec<String>,
+    /// Image files in subfolders that no row names.
+    pub(super) in_subfolders: Option<Deeper>,
     pub(super) faults: Vec<Fault>,
     /// The sound cases and their images, unless there is none.
     pub(super) sound: Option<Dataset>,
@@ -74,11 +77,13 @@ pub(super) fn scan(dir: &Path) -> Scan {
         pictures.push(Picture { at, name, pixels });
     }
     let unlabelled = unlabelled(dir, &pictures);
+    let named: std::collections::BTreeSet<&str> = pictures.iter().map(|p| p.name.as_str()).collect();
+    let in_subfolders = Deeper::find(dir, |name| named.contains(name));
     let images_named = pictures.len();
     let sound = examine(name.clone(), pictures, rows, &mut faults);
     let sound = sound.map(|set| Dataset { groups: set.kept(&groups), ..set });
     faults.sort_by_key(|f| f.at);
-    Scan { dir: dir.into(), name, images_named, rows: row_count, unlabelled, faults, sound }
+    Scan { dir: dir.into(), name, images_named, rows: row_count, unlabelled, in_subfolders, faults, sound }
 }
 
 /// A set from parts in memory, held to the same rules as a folder.

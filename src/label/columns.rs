@@ -17,7 +17,7 @@ pub enum Columns {
 }
 
 impl Columns {
-    /// The columns of images of this width, ascending, each once; `kept` are those last asked for.
+    /// The columns of images of this width, ascending, none of them twice; `kept` are those last asked for.
     pub(super) fn of(&self, width: u32, kept: Option<Vec<u32>>, marks: &Marks) -> Result<Vec<u32>, String> {
         let spread = |n: u32| {
             let (n, width) = (u64::from(n), u64::from(width));
@@ -29,7 +29,13 @@ impl Columns {
                 return Err(text);
             }
             Columns::Spread(n) => spread(*n),
-            Columns::These(columns) => columns.clone(),
+            Columns::These(columns) => {
+                let twice = (1..columns.len()).find(|&i| columns[..i].contains(&columns[i]));
+                if let Some(i) = twice {
+                    return Err(format!("{} is there twice", columns[i]));
+                }
+                columns.clone()
+            }
             Columns::AsBefore(n) => {
                 // A few marks do not tell which columns were asked for: the rest of them may be still to come.
                 let kept = kept.filter(|kept| !kept.is_empty() && kept.iter().all(|x| *x < width));

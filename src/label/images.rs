@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use image::ImageFormat;
 use rayon::prelude::*;
 
+use crate::dataset::Deeper;
 use crate::dataset::scan::IMAGES;
 use crate::dataset::table::is_confined;
 use crate::frames::folder::natural;
@@ -37,16 +38,19 @@ pub(super) struct Images {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) left_out: Vec<LeftOut>,
+    /// Those that are not looked at.
+    pub(super) in_subfolders: Option<Deeper>,
 }
 
 impl Images {
     /// The images right in the folder and in its subfolder `images`, and those that the table names. `dir` is without
     /// links; a file that is outside of it is left out, as is one of another size than most.
     pub(super) fn find(dir: &Path, named: &BTreeSet<String>) -> Images {
-        let mut names: Vec<String> = listed(dir).union(named).cloned().collect();
+        let (listed, mut left_out) = listed(dir);
+        let in_subfolders = Deeper::find(dir, |name| named.contains(name));
+        let mut names: Vec<String> = listed.union(named).cloned().collect();
         names.sort_by(|a, b| natural(a, b));
         let found: Vec<Examined> = names.into_par_iter().map(|name| examine(dir, name)).collect();
-        let mut left_out = Vec::new();
         let mut sound = Vec::new();
         for found in found {
             match found {
@@ -71,20 +75,31 @@ impl Images {
                 left_out.push(LeftOut { name: picture.name, why });
             }
         }
-        Images { pictures, width, height, left_out }
+        Images { pictures, width, height, left_out, in_subfolders }
     }
 }
 
-/// Names of the files that look like images.
-fn listed(dir: &Path) -> BTreeSet<String> {
+/// Names of the files that look like images; those that are no text cannot stand in a table.
+fn listed(dir: &Path) -> (BTreeSet<String>, Vec<LeftOut>) {
     let files = |dir: PathBuf| dir.read_dir().into_iter().flatten().flatten();
-    files(dir.join(IMAGES))
-        .chain(files(dir.into()))
-        .map(|entry| entry.path())
-        .filter(|path| ImageFormat::from_path(path).is_ok() && !path.is_dir())
-        .filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned()))
-        .filter(|name| !name.starts_with('.'))
-        .collect()
+    let (mut names, mut left_out) = (BTreeSet::new(), Vec::new());
+    for entry in files(dir.join(IMAGES)).chain(files(dir.into())) {
+        let path = entry.path();
+        if ImageFormat::from_path(&path).is_err() || path.is_dir() {
+            continue;
+        }
+        let (name, shown) = (entry.file_name(), entry.file_name().to_string_lossy().into_owned());
+        match name.into_string() {
+            _ if shown.starts_with('.') => {}
+            Ok(name) => drop(names.insert(name)),
+            Err(_) => {
+                let why = "the name is not UTF-8; rename the file".to_string();
+                left_out.push(LeftOut { name: shown, why });
+            }
+        }
+    }
+    left_out.sort_by(|a, b| natural(&a.name, &b.name));
+    (names, left_out)
 }
 
 /// Where the image of this name is, without links, if it is in the folder.

@@ -24,20 +24,14 @@ pub fn serve(session: Arc<Session>, server: Server) -> io::Result<Running> {
     let pages = Router::new()
         .route("/", get(async || file("text/html; charset=utf-8", include_str!("page/index.html"))))
         .route("/style.css", get(async || file("text/css; charset=utf-8", include_str!("page/style.css"))))
-        .route(
-            "/label.js",
-            get(async || file("text/javascript; charset=utf-8", include_str!("page/label.js"))),
-        )
-        .route(
-            "/marks.js",
-            get(async || file("text/javascript; charset=utf-8", include_str!("page/marks.js"))),
-        )
-        .route(
-            "/pointers.js",
-            get(async || file("text/javascript; charset=utf-8", include_str!("page/pointers.js"))),
-        )
-        .route("/pace.js", get(async || file("text/javascript; charset=utf-8", include_str!("page/pace.js"))))
-        .route("/view.js", get(async || file("text/javascript; charset=utf-8", include_str!("page/view.js"))))
+        .route("/label.js", get(async || script(include_str!("page/label.js"))))
+        .route("/desk.js", get(async || script(include_str!("page/desk.js"))))
+        .route("/keys.js", get(async || script(include_str!("page/keys.js"))))
+        .route("/marks.js", get(async || script(include_str!("page/marks.js"))))
+        .route("/pace.js", get(async || script(include_str!("page/pace.js"))))
+        .route("/pointers.js", get(async || script(include_str!("page/pointers.js"))))
+        .route("/screen.js", get(async || script(include_str!("page/screen.js"))))
+        .route("/view.js", get(async || script(include_str!("page/view.js"))))
         .route("/icon.svg", get(async || file("image/svg+xml", include_str!("page/icon.svg"))))
         .route("/session", get(begin))
         .route("/changes", get(changes))
@@ -95,6 +89,10 @@ impl From<ShowError> for Refusal {
 
 fn file(kind: &'static str, content: &'static str) -> impl IntoResponse {
     ([(header::CONTENT_TYPE, kind)], content)
+}
+
+fn script(content: &'static str) -> impl IntoResponse {
+    file("text/javascript; charset=utf-8", content)
 }
 
 /// All that a page needs to begin.

@@ -17,7 +17,7 @@ use super::columns::Columns;
 use super::images::{Images, LeftOut, Picture, confined};
 use super::mark::{Change, Mark, Marks};
 use super::store::{Store, StoreError};
-use crate::dataset::{DatasetError, Fault, FaultKind, Place};
+use crate::dataset::{DatasetError, Deeper, Fault, FaultKind, Place};
 use crate::detector::Detector;
 use crate::vision::load_gray;
 
@@ -32,6 +32,7 @@ pub struct Session {
     size: (u32, u32),
     columns: Vec<u32>,
     left_out: Vec<LeftOut>,
+    in_subfolders: Option<Deeper>,
     detector: Option<Box<dyn Detector + Send + Sync>>,
     table: PathBuf,
     /// Held while the files are read, written or waited for; before `state`, where both are.
@@ -97,9 +98,9 @@ impl Session {
         let mut store = Store::new(&real)?;
         let contents = store.load()?;
         let named: BTreeSet<String> = contents.table.images().map(String::from).collect();
-        let Images { pictures, width, height, left_out } = Images::find(&real, &named);
+        let Images { pictures, width, height, left_out, in_subfolders } = Images::find(&real, &named);
         if pictures.is_empty() {
-            return Err(SessionError::NoImages { dir: dir.into(), left_out });
+            return Err(SessionError::NoImages { dir: dir.into(), left_out, in_subfolders });
         }
         let outside: Vec<Fault> = pictures
             .iter()
@@ -128,6 +129,7 @@ impl Session {
             size: (width, height),
             columns: asked,
             left_out,
+            in_subfolders,
             detector: None,
             table: store.table().to_path_buf(),
             store: Mutex::new(store),
@@ -160,6 +162,11 @@ impl Session {
         &self.left_out
     }
 
+    /// Images in subfolders, which are not looked at unless the table names them.
+    pub fn in_subfolders(&self) -> Option<&Deeper> {
+        self.in_subfolders.as_ref()
+    }
+
     /// Whether there is a detector to suggest labels.
     pub(super) fn suggests(&self) -> bool {
         self.detector.is_some()
@@ -190,6 +197,11 @@ impl Session {
             state.marks.iter().filter(|(key, _)| self.asks(key)).map(|(_, mark)| *mark).collect();
         let skipped = made.iter().filter(|mark| **mark == Mark::Skip).count();
         Progress { asked, labels: made.len() - skipped, skipped }
+    }
+
+    /// How many labels the table has, those of other columns and other images included.
+    pub fn labels_in_table(&self) -> usize {
+        self.state().marks.values().filter(|mark| **mark != Mark::Skip).count()
     }
 
     /// Whether a mark is wanted there.

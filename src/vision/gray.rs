@@ -31,8 +31,8 @@ pub enum ImageError {
     },
     /// The content is damaged, cut off, or of a kind of its format that is not supported.
     #[error(
-        "{}: {source}; the file is damaged, cut off or not what its name says: get it again, or convert it to PNG",
-        .path.display()
+        "{}: {}; the file is damaged, cut off or not what its name says: get it again, or convert it to PNG",
+        .path.display(), one_line(.source)
     )]
     Decode {
         /// The file.
@@ -69,6 +69,11 @@ pub enum ImageError {
         /// The file.
         path: PathBuf,
     },
+}
+
+/// What a decoder says, which may be several lines.
+fn one_line(error: &image::ImageError) -> String {
+    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Reads an image file as 8-bit gray (see [`to_gray`]). The format is known by the content, or by the name's

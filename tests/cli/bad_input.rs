@@ -221,7 +221,7 @@ fn flags_that_are_wrong() {
         assert!(complaint.contains(said), "{arguments:?}: {complaint}");
         assert!(complaint.contains("--help"), "{arguments:?}: {complaint}");
     }
-    assert!(place.fails(1, &["data", "synth", "new", "--frames", "0"]).contains("frames"));
+    assert!(place.fails(2, &["data", "synth", "new", "--frames", "0"]).contains("frames"));
 }
 
 #[test]

@@ -247,3 +247,12 @@ fn other_stated_defaults_are_the_real_ones() {
     assert!(listing.contains("image 320x240"), "{listing}");
     assert_eq!(listing, place.ok(&["ir", "up.gp", "--stage", "optimised", "--size", "320x240"]));
 }
+
+#[test]
+fn the_corridor_is_not_what_evolve_takes_without_data() {
+    let place = Place::new();
+    let help = place.ok(&["data", "--help"]);
+    let line = help.lines().find(|line| line.contains("data synth corridor")).expect("an example");
+    assert!(line.ends_with("write a synthetic corridor, with labels"), "{line}");
+    assert!(place.ok(&["evolve", "--help"]).contains("else the world fmrb"));
+}

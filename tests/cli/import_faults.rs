@@ -135,15 +135,51 @@ fn labelme_files_that_make_no_sense() {
     );
     assert!(
         complaint(with(&|f| f["shapes"] = json!([])))
-            .contains("no shape is labelled `floor`; there are: none")
+            .contains("no shape is labelled \"floor\"; there are: none")
     );
     let said = complaint(with(&|f| f["shapes"][0]["label"] = "Floor".into()));
-    assert!(said.contains("no shape is labelled `floor`; there are: Floor, box"), "{said}");
+    assert!(said.contains("no shape is labelled \"floor\"; there are: \"Floor\", \"box\""), "{said}");
     let outside = json!([[200, 200], [300, 200], [300, 300]]);
     assert!(complaint(with(&|f| f["shapes"][0]["points"] = outside.clone())).contains("nothing is ground"));
     let said =
         place.fails(1, &["data", "import", "labelme", "masks.json", "--ground", "floor", "--out", "x"]);
     assert!(said.contains("masks.json: cannot be read"), "{said}");
+}
+
+#[test]
+fn what_is_asked_for_and_has_no_area_is_named() {
+    let place = place(1);
+    labelme_files(&place, 1);
+    let mut file: Value = serde_json::from_str(&place.read("photos/scene_0.json")).expect("JSON");
+    let count = file["shapes"].as_array().map_or(0, Vec::len);
+    let line = json!({"label": "floor", "points": [[1, 1], [9, 9], [9, 1]], "shape_type": "linestrip"});
+    file["shapes"].as_array_mut().expect("a list").push(line);
+    place.write("photos/scene_0.json", file.to_string());
+    let flags = ["data", "import", "labelme", "photos", "--out", "x"];
+    let said = place.fails(1, &[&flags[..], &["--ground", "floor"]].concat());
+    let place_of = format!("photos/scene_0.json: shapes[{count}]");
+    assert!(said.contains(&place_of) && said.contains("a linestrip has no area"), "{said}");
+    assert!(said.contains("`floor`") && said.contains("--skip-faulty"), "{said}");
+    // Of what is not asked for it does not matter.
+    place.ok(&[&flags[..], &["--obstacle", "box"]].concat());
+}
+
+#[test]
+fn a_name_with_a_comma_can_be_given() {
+    let place = place(1);
+    let mut file = coco(1, "polygons");
+    let categories = file["categories"].as_array_mut().expect("a list");
+    let floor = categories.iter_mut().find(|one| one["name"] == "floor").expect("there");
+    floor["name"] = "tiles, wet".into();
+    place.write("coco.json", file.to_string());
+    let import = ["data", "import", "coco", "coco.json", "--images", "photos"];
+    let said = place.fails(1, &[&import[..], &["--ground", "tiles, wet", "--out", "x"]].concat());
+    assert!(said.contains(r#"no category is named "tiles"; there are: "box", "tiles, wet""#), "{said}");
+    place.ok(&[&import[..], &["--ground", r#""tiles, wet",box"#, "--out", "both"]].concat());
+    place.ok(&[&import[..], &["--ground", r#""tiles, wet""#, "--ground", "box", "--out", "again"]].concat());
+    assert_eq!(place.read("both/labels.csv"), place.read("again/labels.csv"));
+    let said = place.fails(2, &[&import[..], &["--ground", r#""tiles, wet"#, "--out", "x"]].concat());
+    assert!(said.contains("--ground") && said.contains("not closed"), "{said}");
 }
 
 #[test]
@@ -172,7 +208,7 @@ fn coco_files_that_make_no_sense() {
     );
     import(
         &|f| f["categories"][1]["name"] = "flor".into(),
-        "no category is named `floor`; there are: box, flor",
+        "no category is named \"floor\"; there are: \"box\", \"flor\"",
     );
     import(&|f| f["images"][0]["file_name"] = "../data/images/a.png".into(), "not a path below the folder");
     import(&|f| f["images"][0]["file_name"] = "/etc/passwd".into(), "not a path below the folder");

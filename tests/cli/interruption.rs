@@ -121,15 +121,36 @@ fn ctrl_c_leaves_no_half_of_the_pictures() {
     assert!(before == place.everything(), "something is left behind");
 }
 
+#[test]
+fn ctrl_c_leaves_no_half_of_a_recording() {
+    let place = Place::new();
+    let before = place.everything();
+    let world = ["synth", "--world", "fmrb", "--frames", "600", "--out", "x"];
+    let corridor = ["data", "synth", "x", "--frames", "1000"];
+    // While it renders, and while it writes.
+    for (arguments, sign) in [(&world[..], ""), (&world, "images"), (&corridor, ""), (&corridor, "images")] {
+        let mut command = place.command(arguments);
+        let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
+        let hidden = place.path(&format!(".x.part-{}", run.id())).join(sign);
+        wait_until("the folder", || hidden.exists());
+        interrupt(&run);
+        let output = run.wait_with_output().expect("it ends");
+        let said = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(130), "{arguments:?} {sign}: {said}");
+        assert!(said.contains("interrupted; nothing was written") && output.stdout.is_empty(), "{said}");
+        assert!(before == place.everything(), "{arguments:?} {sign}: something is left behind");
+    }
+}
+
 /// Runs a command that can write no file beyond so many bytes, as on a full disk.
 fn on_a_full_disk(place: &Place, bytes: u64, arguments: &[&str]) -> std::process::Output {
     let mut command = place.command(arguments);
     let limit = move || {
         let limit = libc::rlimit { rlim_cur: bytes, rlim_max: bytes };
-        // SAFETY: plain system calls with valid arguments, allowed between fork and exec. The signal is ignored so
-        // that writing fails with an error, as on a full disk, instead of ending the process.
+        // SAFETY: plain system calls with valid arguments, allowed between fork and exec. The signal would end the process
+        // if the command did nothing about it, as it does when a shell has set the limit.
         let set = unsafe {
-            libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+            libc::signal(libc::SIGXFSZ, libc::SIG_DFL);
             libc::setrlimit(libc::RLIMIT_FSIZE, &limit)
         };
         if set == 0 { Ok(()) } else { Err(std::io::Error::last_os_error()) }
@@ -166,9 +187,11 @@ fn a_full_disk_leaves_nothing_half_written() {
     for arguments in [
         &start[..],
         &["data", "synth", "corridor", "--frames", "1"],
+        &["synth", "--world", "fmrb", "--frames", "1", "--out", "corridor"],
         &["eval", "up.gp", "--data", "data", "--answers", "answers.csv"],
     ] {
         let complaint = one_error(&on_a_full_disk(&place, 100, arguments), 1);
+        assert!(complaint.contains("make room on the disk") && !complaint.contains(".part-"), "{complaint}");
         assert!(before == place.everything(), "{arguments:?} left something behind: {complaint}");
     }
 }
@@ -205,6 +228,16 @@ fn a_full_device_is_an_error() {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("writable");
     let output = place.command(&["ir", "up.gp"]).stdout(full).output().expect("started");
     assert!(one_error(&output, 1).contains("standard output"));
+    for arguments in [&["help"][..], &["--version"], &["evolve", "--help"], &["completions", "bash"]] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("writable");
+        let output = place.command(arguments).stdout(full).output().expect("started");
+        assert!(one_error(&output, 1).contains("standard output: No space"), "{arguments:?}");
+        // Nobody reads.
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let output = place.command(arguments).stdout(writer).output().expect("started");
+        assert_eq!((output.status.code(), output.stderr), (Some(0), Vec::new()), "{arguments:?}");
+    }
 }
 
 /// Sees walls everywhere: a run of a minute, most of which is taking pictures.

@@ -41,6 +41,22 @@ fn seen(place: &Place, arguments: &[&str], columns: u16) -> String {
 }
 
 #[test]
+fn a_recording_shows_how_far_it_is() {
+    let place = Place::new();
+    for arguments in [
+        &["synth", "--world", "fmrb", "--frames", "150", "--out", "x"][..],
+        &["data", "synth", "y", "--frames", "200"],
+    ] {
+        let text = seen(&place, arguments, 100);
+        assert!(
+            text.contains("rendering") && text.contains(" images ") && text.contains("\u{1b}["),
+            "{text:?}"
+        );
+        assert!(text.trim_end().ends_with("--data x") || text.trim_end().ends_with("--data y"), "{text:?}");
+    }
+}
+
+#[test]
 fn a_terminal_shows_signs_of_life_and_keeps_a_warning() {
     let place = Place::new();
     // A second and more, where lines are drawn every 0.15 s.

@@ -58,12 +58,47 @@ fn a_building_of_ones_own() {
 }
 
 #[test]
+fn a_folder_that_cannot_be_made_is_told_by_its_name() {
+    let place = Place::new();
+    // So many images would take far longer than a test may.
+    for arguments in [
+        &["synth", "--world", "fmrb", "--frames", "10000", "--out", "no/x"][..],
+        &["data", "synth", "no/x", "--frames", "10000", "--size", "2000x2000"],
+    ] {
+        let complaint = place.fails(1, arguments);
+        assert!(complaint.starts_with("error: no/x: cannot make the folder"), "{complaint}");
+        assert!(complaint.contains("check the path") && !complaint.contains(".part-"), "{complaint}");
+    }
+}
+
+#[test]
+fn numbers_out_of_range_are_wrong_usage() {
+    let place = Place::new();
+    let world = ["synth", "--world", "fmrb", "--out", "x"];
+    for (command, flag, value) in [
+        (&world[..], "--frames", "0"),
+        (&world, "--frames", "99999999"),
+        (&world, "--frames", "-1"),
+        (&world, "--seed", "-1"),
+        (&["data", "synth", "x"], "--frames", "0"),
+        (&["drive", "x.gp"], "--seed", "-1"),
+        (&["drive", "x.gp"], "--minutes", "-3"),
+    ] {
+        let complaint = place.fails(2, &[command, &[flag, value]].concat());
+        let named = complaint.contains(&format!("invalid value '{value}' for '{flag}"));
+        assert!(named && !complaint.contains("-- -"), "{complaint}");
+    }
+    let complaint = place.fails(2, &[&world[..], &["--frames", "10001"]].concat());
+    assert!(complaint.contains("1..=10000"), "{complaint}");
+}
+
+#[test]
 fn faults_name_a_remedy() {
     let place = Place::new();
     let synth = |more: &[&'static str]| [&["synth", "--out", "new"], more].concat();
     assert!(place.fails(2, &synth(&["--world", "mars"])).contains("choose nsh, fmrb or combined"));
     assert!(place.fails(2, &synth(&[])).contains("--world"));
-    assert!(place.fails(1, &synth(&["--world", "nsh", "--frames", "0"])).contains("choose 1 to 10000"));
+    assert!(place.fails(2, &synth(&["--world", "nsh", "--frames", "0"])).contains("1..=10000"));
     let taken = ["synth", "--world", "nsh", "--out", "data"];
     assert!(place.fails(1, &taken).contains("never overwritten"));
     assert!(place.fails(2, &["evolve", "--world", "mars"]).contains("nsh, fmrb or combined"));

@@ -37,6 +37,9 @@ pub(crate) enum Screen {
     Dark,
     /// 390 x 844, touched with fingers.
     Phone,
+    /// 740 x 360: a phone held sideways.
+    #[allow(dead_code)] // the example has none
+    Sideways,
 }
 
 /// A browser of its own, with an empty profile; ended when dropped.
@@ -84,8 +87,13 @@ impl Browser {
             flags.push("--blink-settings=preferredColorScheme=0".to_string());
         }
         let mut options = json!({ "args": flags });
-        if screen == Screen::Phone {
-            let metrics = json!({ "width": 390, "height": 844, "pixelRatio": 2.0, "touch": true });
+        let phone = match screen {
+            Screen::Phone => Some((390, 844)),
+            Screen::Sideways => Some((740, 360)),
+            Screen::Desktop | Screen::Dark => None,
+        };
+        if let Some((width, height)) = phone {
+            let metrics = json!({ "width": width, "height": height, "pixelRatio": 2.0, "touch": true });
             options["mobileEmulation"] = json!({ "deviceMetrics": metrics });
         }
         let logs = json!({ "browser": "ALL" });

@@ -214,7 +214,18 @@ fn answers_keep_to_themselves() {
         assert!(!head.contains("access-control"), "{head}");
     }
     // The page itself names nothing that is elsewhere.
-    for file in ["", "style.css", "label.js", "marks.js", "view.js", "pointers.js", "pace.js"] {
+    for file in [
+        "",
+        "style.css",
+        "label.js",
+        "desk.js",
+        "keys.js",
+        "marks.js",
+        "pace.js",
+        "pointers.js",
+        "screen.js",
+        "view.js",
+    ] {
         let (status, body) = label.ask("GET", file, "");
         let text = String::from_utf8(body).expect("UTF-8");
         assert!(status == 200 && !text.contains("//www.") && !text.contains("https:"), "{file}");

@@ -157,6 +157,95 @@ fn on_a_phone() {
 }
 
 #[test]
+fn on_a_phone_held_sideways() {
+    if !is_there() {
+        return;
+    }
+    let dir = images(2);
+    let program = below(&dir, "p.gp");
+    std::fs::write(&program, "(individual (iterate-up 3x3 x-obstacle (set-a 33)))").expect("writable");
+    let served = Label::start(dir.path(), &["--suggest", program.to_str().expect("UTF-8")]);
+    let browser = Browser::start(Screen::Sideways);
+    browser.open(served.address());
+    browser.get("document.getElementById('suggest').click()");
+    browser.wait("!document.getElementById('take').hidden");
+    browser.wait("document.getElementById('picture').dataset.image === '1'");
+    assert_eq!(browser.get("[innerWidth, innerHeight]"), json!([740, 360]));
+    assert_eq!(browser.get("document.documentElement.scrollWidth <= innerWidth"), true);
+    let height = browser.get("document.getElementById('picture').getBoundingClientRect().height");
+    assert!(height.as_f64().expect("a number") >= 120.0, "the picture is {height} pixels high");
+    let status = browser.get("document.getElementById('status').getBoundingClientRect()");
+    let side = |name: &str| status[name].as_f64().expect("a number");
+    assert!(side("height") > 10.0 && side("top") >= 0.0 && side("bottom") <= 360.0, "{status}");
+    assert!(!browser.text("status").is_empty());
+    // Each button can be had: it is in the window, if need be after its row was moved, and nothing lies on it.
+    let out_of_reach = browser.get(
+        "[...document.querySelectorAll('button')].filter((b) => b.offsetParent && !b.disabled).map((b) => { \
+         b.scrollIntoView({ block: 'nearest', inline: 'nearest' }); const r = b.getBoundingClientRect(); \
+         const at = document.elementFromPoint(r.left + r.width / 2, r.top + r.height / 2); \
+         const whole = r.left >= 0 && r.top >= 0 && r.right <= innerWidth + 1 && r.bottom <= innerHeight + 1; \
+         return whole && b.contains(at) && r.width >= 40 && r.height >= 36 ? '' : \
+         `${b.id || b.textContent} ${r.width}x${r.height} at ${r.left},${r.top}`; }).filter((text) => text)",
+    );
+    assert_eq!(out_of_reach, json!([]));
+    let buttons =
+        browser.get("[...document.querySelectorAll('button')].filter((b) => b.offsetParent).length");
+    assert_eq!(buttons, 6 + 12 + 4, "columns, tools, zoom and help");
+    // To look at the whole page takes no more than moving one row of buttons.
+    assert_eq!(browser.get("[scrollX, scrollY]"), json!([0, 0]));
+}
+
+#[test]
+fn capital_letters_act_as_small_ones() {
+    if !is_there() {
+        return;
+    }
+    let dir = images(4);
+    let program = below(&dir, "p.gp");
+    std::fs::write(&program, "(individual (iterate-up 3x3 x-obstacle (set-a 33)))").expect("writable");
+    let more = ["--columns", "20,60", "--suggest", program.to_str().expect("UTF-8")];
+    let served = Label::start(dir.path(), &more);
+    let browser = Browser::start(Screen::Desktop);
+    browser.open(served.address());
+    let shown = |name: &str| {
+        let image = "document.getElementById('picture').dataset.image === location.hash.slice(1)";
+        browser.wait(&format!("document.getElementById('name').textContent === '{name}' && {image}"));
+    };
+    // As caps lock has them, without Shift; the driver would press Shift for them.
+    let pressed = |key: &str, how: &str| {
+        browser.get(&format!(
+            "document.dispatchEvent(new KeyboardEvent('keydown', {{ key: '{key}', bubbles: true, {how} }}))"
+        ));
+    };
+    shown("frame_1.png");
+    pressed("G", "");
+    pressed("X", "");
+    shown("frame_2.png");
+    browser.wait_saved();
+    assert_eq!(browser.get("document.body.dataset.done"), "2");
+    assert_eq!((label(&dir, 1, 20), label(&dir, 1, 60)), (Some(0), None));
+    pressed("C", "");
+    browser.wait("document.body.dataset.done === '4'");
+    pressed("Z", "ctrlKey: true");
+    browser.wait("document.body.dataset.done === '2'");
+    // Held down, a key that moves goes on; one that marks does not.
+    pressed("N", "repeat: true");
+    shown("frame_3.png");
+    pressed("P", "repeat: true");
+    pressed("P", "repeat: true");
+    shown("frame_1.png");
+    pressed("F", "");
+    shown("frame_2.png");
+    pressed("G", "repeat: true");
+    // One answer, not all of them.
+    pressed("S", "");
+    pressed("A", "");
+    browser.wait("document.body.dataset.done === '3'");
+    browser.wait_saved();
+    assert_eq!((label(&dir, 2, 20), label(&dir, 2, 60)), (Some(33), None));
+}
+
+#[test]
 fn two_windows_see_and_keep_each_others_marks() {
     if !is_there() {
         return;

@@ -115,6 +115,85 @@ fn ctrl_c_says_what_is_saved() {
     vsonar::dataset::Dataset::load(dir.path()).expect("a sound data set");
 }
 
+#[cfg(unix)]
+#[test]
+fn ctrl_c_tells_labels_of_other_columns_too() {
+    let dir = images(2);
+    std::fs::write(
+        below(&dir, "labels.csv"),
+        "image,x,y\nframe_1.png,20,5\nframe_2.png,20,6\nframe_2.png,60,7\n",
+    )
+    .expect("writable");
+    for (columns, words) in
+        [("80,", "0 of 2 marks made: 0 of the 3 labels in "), ("20,60", "3 of 4 marks made: 3 labels in ")]
+    {
+        let mut label = Label::start(dir.path(), &["--columns", columns]);
+        // SAFETY: sends a signal to a child that has not been waited for, so its number is its own.
+        let sent = unsafe { libc::kill(label.process.id() as libc::pid_t, libc::SIGINT) };
+        assert_eq!((sent, label.process.wait().expect("it ends").code()), (0, Some(130)));
+        let mut said = String::new();
+        std::io::Read::read_to_string(&mut label.process.stderr.take().expect("piped"), &mut said)
+            .expect("UTF-8");
+        assert!(said.contains(words), "{said}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_not_looked_at_is_named() {
+    use std::os::unix::ffi::OsStrExt;
+    let dir = images(1);
+    let nested = tempfile::tempdir().expect("a temporary folder");
+    for folder in ["a", "with space/b"] {
+        std::fs::create_dir_all(below(&nested, folder)).expect("writable");
+        std::fs::copy(below(&dir, "frame_1.png"), below(&nested, folder).join("x.png")).expect("writable");
+    }
+    let (code, said) = complaint(nested.path(), &[]);
+    assert!(
+        code == Some(1) && said.contains("2 images in subfolders (a, with space/b) are not looked at"),
+        "{said}"
+    );
+    let odd = nested.path().join(std::ffi::OsStr::from_bytes(b"bad\xff.png"));
+    // Some file systems refuse such a name.
+    let odd = std::fs::copy(below(&dir, "frame_1.png"), odd).is_ok();
+    std::fs::copy(below(&dir, "frame_1.png"), below(&nested, "here.png")).expect("writable");
+    std::fs::write(below(&nested, "labels.csv"), "image,x,y\na/x.png,20,5\n").expect("writable");
+    let label = Label::start(nested.path(), &[]);
+    assert_eq!(label.ready["images"], 2);
+    assert_eq!(
+        label.ready["in_subfolders"],
+        json!({ "images": 1, "folders": ["with space/b"], "at_least": false })
+    );
+    let left_out = &label.ready["left_out"];
+    if odd {
+        assert!(
+            left_out[0]["why"].as_str().is_some_and(|why| why.contains("not UTF-8; rename")),
+            "{left_out}"
+        );
+    }
+    assert_eq!(left_out.as_array().map(Vec::len), Some(usize::from(odd)));
+    drop(label);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vsonar"));
+    let mut process = command
+        .arg("label")
+        .arg(nested.path())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("started");
+    let mut line = String::new();
+    let mut out = std::io::BufReader::new(process.stdout.take().expect("piped"));
+    std::io::BufRead::read_line(&mut out, &mut line).expect("UTF-8");
+    let _ = process.kill();
+    let said = process.wait_with_output().expect("it ends").stderr;
+    let said = String::from_utf8(said).expect("UTF-8");
+    assert!(said.contains("note: 1 image in a subfolder (with space/b) is not looked at; "), "{said}");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vsonar"));
+    let check = command.args(["data", "check"]).arg(nested.path()).output().expect("started");
+    let said = String::from_utf8(check.stdout).expect("UTF-8");
+    assert!(said.contains("note: 1 image in a subfolder (with space/b) is not looked at"), "{said}");
+}
+
 #[test]
 fn marks_outlive_a_command_that_is_killed() {
     let dir = images(2);
@@ -200,6 +279,7 @@ fn what_cannot_be_labelled_is_refused_with_a_remedy() {
     told(&below(&dir, "frame_1.png"), &[], 1, &["there is no folder"]);
     told(dir.path(), &["--columns", "20,160"], 2, &["column 160 is outside the images", "0 to 159"]);
     told(dir.path(), &["--columns", "200"], 2, &["--columns"]);
+    told(dir.path(), &["--columns", "5,9,5"], 2, &["--columns: 5 is there twice"]);
     told(dir.path(), &["--columns", "x"], 2, &["write how many"]);
     told(dir.path(), &["--port", "70000"], 2, &["70000"]);
     told(dir.path(), &["--suggest", "no.gp"], 1, &["no.gp"]);
@@ -210,6 +290,14 @@ fn what_cannot_be_labelled_is_refused_with_a_remedy() {
     told(empty.path(), &[], 1, &["there is no image that can be labelled"]);
     std::fs::write(below(&empty, "a.png"), "no image").expect("writable");
     told(empty.path(), &[], 1, &["there is no image that can be labelled", "a.png"]);
+    // What the decoder says is two lines.
+    std::fs::write(below(&empty, "a.jpg"), "").expect("writable");
+    std::fs::remove_file(below(&empty, "a.png")).expect("there");
+    let (_, text) = complaint(empty.path(), &[]);
+    assert!(
+        text.contains("a.jpg") && text.contains("damaged") && text.trim_end().lines().count() == 1,
+        "{text}"
+    );
     for (table, words) in [
         ("image,y\n", vec!["labels.csv line 1", "without `x`", "vsonar data check"]),
         ("image,x,y\nframe_1.png,20,5\nframe_1.png,20,6\n", vec!["labels.csv line 3", "already"]),

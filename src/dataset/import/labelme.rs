@@ -1,6 +1,7 @@
 //! LabelMe: a JSON file for each picture, with polygons and other shapes, of which later ones cover earlier ones.
 //!
-//! Read are polygons, rectangles, circles and masks; points, lines and strips of lines have no area and do not count. The
+//! Read are polygons, rectangles, circles and masks; points, lines and strips of lines have no area: one
+//! of a label that is asked for is a fault, others do not count. The
 //! picture is the one inside the file, if there is one, else the file that it names.
 
 use std::path::{Path, PathBuf};
@@ -119,10 +120,18 @@ fn read(
     }
     let mut regions: Vec<(Region, Surface)> = Vec::with_capacity(file.shapes.len());
     for (i, shape) in file.shapes.iter().enumerate() {
-        if let Some(region) =
-            region(shape).map_err(|problem| ImportError::at(path, format!("shapes[{i}]"), problem))?
-        {
-            regions.push((region, labels.of(&shape.label)));
+        let at = |problem| ImportError::at(path, format!("shapes[{i}]"), problem);
+        match region(shape).map_err(at)? {
+            Some(region) => regions.push((region, labels.of(&shape.label))),
+            // Of what is asked for nothing is dropped in silence.
+            None if labels.names.contains(&shape.label) || labels.ignored.contains(&shape.label) => {
+                let kind = shape.kind.as_deref().unwrap_or_default();
+                return Err(at(format!(
+                    "a {kind} has no area, and it is labelled `{}`; draw a polygon instead, or remove it",
+                    shape.label
+                )));
+            }
+            None => {}
         }
     }
     let said = file.width.zip(file.height);

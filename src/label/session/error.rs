@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::super::images::LeftOut;
 use super::super::store::StoreError;
-use crate::dataset::DatasetError;
+use crate::dataset::{DatasetError, Deeper};
 use crate::detector::DetectError;
 use crate::vision::ImageError;
 
@@ -16,14 +16,16 @@ pub enum SessionError {
     Folder(DatasetError),
     /// There is nothing to be labelled in it.
     #[error(
-        "{}: there is no image that can be labelled; PNG, JPEG, PNM, BMP and others are known by their endings{}",
-        .dir.display(), because(.left_out)
+        "{}: there is no image that can be labelled; PNG, JPEG, PNM, BMP and others are known by their endings{}{}",
+        .dir.display(), because(.left_out), deeper(.in_subfolders)
     )]
     NoImages {
         /// The folder.
         dir: PathBuf,
         /// What there is.
         left_out: Vec<LeftOut>,
+        /// What is deeper in it.
+        in_subfolders: Option<Deeper>,
     },
     /// The columns are not inside the images, or too many.
     #[error("{0}")]
@@ -35,6 +37,10 @@ pub enum SessionError {
 
 fn because(left_out: &[LeftOut]) -> String {
     left_out.first().map_or(String::new(), |first| format!(" (`{}`: {})", first.name, first.why))
+}
+
+fn deeper(found: &Option<Deeper>) -> String {
+    found.as_ref().map_or(String::new(), |found| format!("; {found}: label such a folder by itself"))
 }
 
 /// Why an image or the detector's answers to it cannot be shown.

@@ -29,6 +29,7 @@ fn images_are_in_order_and_others_are_named() {
     assert_eq!(left_out, ["down/a.png", "f12.jpg", "f11.png"]);
     assert_eq!((session.size(), session.columns()), ((40, 30), &[10, 30][..]));
     assert_eq!(session.progress(), Progress { asked: 8, labels: 0, skipped: 0 });
+    assert_eq!((session.labels_in_table(), session.in_subfolders()), (2, None));
 }
 
 #[test]
@@ -39,14 +40,16 @@ fn columns_are_those_of_the_table_unless_given() {
     fs::write(dir.path().join("labels.csv"), "image,x,y\na.png,7,2\na.png,9,2\nb.png,7,1\nc.png,3,1\n")
         .expect("writable");
     assert_eq!(columns(Columns::AsBefore(4)).expect("sound"), [7]);
-    assert_eq!(columns(Columns::These(vec![9, 3, 9])).expect("sound"), [3, 9]);
+    assert_eq!(columns(Columns::These(vec![9, 3])).expect("sound"), [3, 9]);
     // Those last asked for are kept, and are not lost to what is no list.
     assert_eq!(columns(Columns::AsBefore(4)).expect("sound"), [3, 9]);
     for (kept, expected) in [("", [7]), ("7,x", [7]), ("7,40", [7]), (" 8\n", [8])] {
         fs::write(dir.path().join(".labels.columns"), kept).expect("writable");
         assert_eq!(columns(Columns::AsBefore(4)).expect("sound"), expected, "{kept:?}");
     }
-    for wrong in [Columns::Spread(41), Columns::Spread(0), Columns::These(vec![40])] {
+    for wrong in
+        [Columns::Spread(41), Columns::Spread(0), Columns::These(vec![40]), Columns::These(vec![9, 3, 9])]
+    {
         assert!(matches!(columns(wrong.clone()), Err(SessionError::Columns(_))), "{wrong:?}");
     }
 }
