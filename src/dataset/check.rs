@@ -104,6 +104,8 @@ pub struct CheckReport {
     constant_per_column: Option<Score>,
     unlabelled: Vec<String>,
     in_subfolders: Option<Deeper>,
+    /// Images with a tag that asks viewers to turn them, which detectors do not heed.
+    turned: Vec<String>,
     faults: Vec<Fault>,
 }
 
@@ -129,6 +131,7 @@ pub fn check(dir: impl AsRef<Path>) -> CheckReport {
         constant_per_column: set.zip(constants.as_ref()).map(|(s, c)| c.score(s)),
         unlabelled: scan.unlabelled,
         in_subfolders: scan.in_subfolders,
+        turned: set.map_or_else(Vec::new, |set| scan::turned(dir.as_ref(), set)),
         faults: scan.faults,
     }
 }
@@ -234,6 +237,14 @@ impl fmt::Display for CheckReport {
         }
         if let Some(deeper) = &self.in_subfolders {
             writeln!(f, "\nnote: {deeper}, for no row names them")?;
+        }
+        if let Some(first) = self.turned.first() {
+            writeln!(
+                f,
+                "\nnote: {} image(s) with an orientation tag, {first} the first: they count as they are stored, not as viewers \
+                 turn them",
+                self.turned.len()
+            )?;
         }
         match self.faults.len() {
             0 => writeln!(f, "\nno faults"),

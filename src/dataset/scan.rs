@@ -16,7 +16,7 @@ use super::deeper::Deeper;
 use super::fault::{DatasetError, Fault, FaultKind, Place};
 use super::table::{Named, Row, is_confined, read_table};
 use super::{Case, Dataset, NamedImage};
-use crate::vision::{ImageError, load_gray};
+use crate::vision::{ImageError, is_turned, load_gray};
 use vsonar_ir::Program;
 
 /// Name of the table in a folder.
@@ -134,11 +134,22 @@ pub(super) fn folder_name(dir: &Path) -> String {
     named(dir).or_else(|| named(&dir.canonicalize().ok()?)).unwrap_or_else(|| "data".into())
 }
 
+/// Where an image is.
+fn path_of(dir: &Path, name: &str) -> Option<PathBuf> {
+    [dir.join(IMAGES).join(name), dir.join(name)].into_iter().find(|path| path.is_file())
+}
+
+/// The images of a set from this folder with a tag that asks viewers to turn them.
+pub(super) fn turned(dir: &Path, set: &Dataset) -> Vec<String> {
+    let names: Vec<&str> = set.images.iter().map(|image| image.name.as_str()).collect();
+    let turned = |name: &&str| path_of(dir, name).is_some_and(|path| is_turned(&path));
+    names.into_par_iter().filter(turned).map(String::from).collect()
+}
+
 fn read_image(dir: &Path, name: &str) -> Result<GrayImage, FaultKind> {
-    let places = [dir.join(IMAGES).join(name), dir.join(name)];
-    let path = places.iter().find(|p| p.is_file()).ok_or_else(|| FaultKind::MissingImage(name.into()))?;
+    let path = path_of(dir, name).ok_or_else(|| FaultKind::MissingImage(name.into()))?;
     let image = name.to_owned();
-    load_gray(path).map_err(|e| match e {
+    load_gray(&path).map_err(|e| match e {
         ImageError::TooSmall { width, height, .. } => FaultKind::Small { image, width, height },
         other => FaultKind::Image { image, cause: other.to_string() },
     })

@@ -10,7 +10,7 @@ use crate::dataset::Deeper;
 use crate::dataset::scan::IMAGES;
 use crate::dataset::table::is_confined;
 use crate::frames::folder::natural;
-use crate::vision::load_gray;
+use crate::vision::{is_turned, load_gray};
 
 /// An image file that cannot be labelled.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -28,6 +28,8 @@ pub(super) struct Picture {
     pub(super) name: String,
     /// Where it is, without links.
     pub(super) path: PathBuf,
+    /// Whether it has a tag that asks viewers to turn it.
+    pub(super) turned: bool,
 }
 
 /// What a folder holds.
@@ -127,7 +129,7 @@ fn examine(dir: &Path, name: String) -> Examined {
         Err(error) => Err(error.to_string()),
     });
     match found {
-        Ok((path, size)) => Ok((Picture { name, path }, size)),
+        Ok((path, size)) => Ok((Picture { name, turned: is_turned(&path), path }, size)),
         Err(why) => Err(LeftOut { name, why }),
     }
 }

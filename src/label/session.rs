@@ -147,6 +147,12 @@ impl Session {
         self.pictures.iter().map(|picture| picture.name.as_str())
     }
 
+    /// Names of the images with a tag that asks viewers to turn them. They are shown and labelled as they are stored, and
+    /// so detectors see them.
+    pub fn turned(&self) -> impl Iterator<Item = &str> {
+        self.pictures.iter().filter(|picture| picture.turned).map(|picture| picture.name.as_str())
+    }
+
     /// Width and height of every image.
     pub fn size(&self) -> (u32, u32) {
         self.size

@@ -200,7 +200,12 @@ fn photographs_that_viewers_turn_are_not_imported() {
             assert!(complaint.contains("a.jpg: has an orientation tag"), "{complaint}");
         }
     }
+    // A folder of them is labelled as it is stored, and says so.
+    place.write("photos/labels.csv", "image,x,y\na.jpg,5,20\n");
+    let said = place.ok(&["data", "check", "photos"]);
+    assert!(said.contains("1 image(s) with an orientation tag, a.jpg the first"), "{said}");
     place.write("photos/a.jpg", photo(1));
+    assert!(!place.ok(&["data", "check", "photos"]).contains("orientation"));
     place.ok(&[&masks[..], &["m"]].concat());
     place.ok(&[&shapes[..], &["s"]].concat());
 }
