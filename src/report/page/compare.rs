@@ -297,13 +297,17 @@ fn briefs(runs: &[Run]) -> Result<Markup, PlotError> {
             (sections::facts(run)) (sections::notes(run)) (sections::result(run))
             (curves::growth(run, &format!("r{i}-"))?)
             @if let Some(answers) = &run.answers {
+                h3 { "Errors" }
                 (errors::tables(answers, &format!("r{i}-"), false)?)
+                h3 { "How long errors last" }
                 (errors::transience(answers))
             }
-            @if let Some(program) = &run.program { (sections::program(program)) }
+            @if let Some(program) = &run.program { h3 { "The best program" } (sections::program(program)) }
             @if let Some(answers) = run.answers.as_ref().filter(|answers| !answers.pictures.is_empty()) {
+                h3 { "Pictures" }
                 (errors::pictures(answers))
             }
+            h3 { "Settings" }
             (sections::settings(run))
             (sections::commands(&run.commands, None))
         }
