@@ -90,7 +90,7 @@ enum Kind {
         /// JSON files, or folders with them
         #[arg(required = true, value_name = "DIR|FILE")]
         paths: Vec<PathBuf>,
-        /// Folder with the images, by the last part of their names [default: beside the JSON files, or inside them]
+        /// Folder with the images, by the last part of their names [default: inside the JSON files, or beside them]
         #[arg(long, value_name = "DIR")]
         images: Option<PathBuf>,
         #[command(flatten)]

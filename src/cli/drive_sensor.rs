@@ -156,7 +156,7 @@ impl Building {
     /// In words.
     pub(crate) fn describe(self) -> String {
         let which = self.effective_seed().map_or_else(
-            || "the building of its training set".to_string(),
+            || "the building of the training set".to_string(),
             |seed| format!("building {seed}{}", if self.changed { ", changed" } else { "" }),
         );
         format!("{}, {which}", self.kind.name())

@@ -32,7 +32,7 @@ An answer is correct within the tolerance of the label. Too near: it sees the ob
 is, so nearer to the camera. Too far: higher. An answer that is no finite number is wrong too, and counted apart.";
 
 /// The file of answers.
-const ANSWERS: Own = Own { what: "table of answers", begins: "image,x,label,answer" };
+const ANSWERS: Own = Own { what: "table of answers", begins: "image,x,label,answer", holds: "" };
 
 /// Test a program on labelled images
 #[derive(clap::Args)]

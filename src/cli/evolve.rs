@@ -193,7 +193,9 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let report =
         Report::of(&prepared.evolution, &prepared.cases, &prepared.source, &prepared.folder, seconds);
     let report = report.inspect_err(|error| page.broken(error))?;
-    report.iter().for_each(|report| page.scored(run, report.for_page(&prepared.cases)));
+    for report in report.iter().filter(|_| complete) {
+        page.scored(run, report.for_page(&prepared.cases));
+    }
     if complete {
         page.complete(&[&prepared.folder]);
     } else {

@@ -206,8 +206,7 @@ fn write(
     }
     if let Some(file) = &args.markdown {
         let text = text::markdown(explanation, name);
-        let heading = text.find("```text\n").map_or("", |end| &text[..end]);
-        Own { what: "explanation of this program", begins: heading }.write(file, &text)?;
+        MARKDOWN.write(file, &text)?;
     }
     if let Some(file) = &args.dot {
         DOT.write(file, &dot())?;
@@ -221,19 +220,16 @@ fn write(
     Ok(())
 }
 
+/// An explanation as Markdown.
+const MARKDOWN: Own = Own { what: "explanation of a program", begins: "# ", holds: "  1  images of " };
 /// Trees in the language of Graphviz.
-const DOT: Own = Own { what: "picture of a program’s trees", begins: "digraph vsonar {" };
+const DOT: Own = Own { what: "picture of a program’s trees", begins: "digraph vsonar {", holds: "" };
 /// A picture.
-const SVG: Own = Own { what: "SVG picture", begins: "<svg xmlns=" };
+const SVG: Own = Own { what: "SVG picture", begins: "<svg xmlns=", holds: "" };
 
 /// Refuses files that cannot be written before there is anything to write.
 fn check_targets(args: &Args, program: &Path) -> Result<(), CliError> {
-    let kinds = [
-        (&args.markdown, None),
-        (&args.dot, Some(DOT)),
-        (&args.svg, Some(SVG)),
-        (&args.trace_svg, Some(SVG)),
-    ];
+    let kinds = [(&args.markdown, MARKDOWN), (&args.dot, DOT), (&args.svg, SVG), (&args.trace_svg, SVG)];
     let mut known = vec![program];
     for (target, kind) in kinds.into_iter().filter_map(|(target, kind)| Some((target.as_deref()?, kind))) {
         if target == Path::new("-") {
@@ -247,7 +243,7 @@ fn check_targets(args: &Args, program: &Path) -> Result<(), CliError> {
                 target.display()
             )));
         }
-        kind.map_or(Ok(()), |kind| kind.may_replace(target))?;
+        kind.may_replace(target)?;
         known.push(target);
     }
     Ok(())

@@ -34,28 +34,35 @@ pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     }
 }
 
-/// What a file that a command made begins with, by which it is known again.
+/// How much of a file is looked at to know it again, in bytes.
+const START: u64 = 4096;
+
+/// By what a file that a command made is known again.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Own<'a> {
+pub(crate) struct Own {
     /// What it is, in words.
     pub(crate) what: &'static str,
     /// How it begins.
-    pub(crate) begins: &'a str,
+    pub(crate) begins: &'static str,
+    /// What is near its beginning.
+    pub(crate) holds: &'static str,
 }
 
-impl Own<'_> {
+impl Own {
     /// Refuses a file that is there already and is something else: nobody wants his labels replaced by a report. To be
     /// asked before there is work that would be lost. What is no file, or empty, is written to.
     pub(crate) fn may_replace(self, path: &Path) -> Result<(), CliError> {
+        // Looked at before it is opened: to open a pipe is to wait for who writes to it.
+        if !fs::metadata(path).is_ok_and(|there| there.is_file() && there.len() > 0) {
+            return Ok(());
+        }
         let Ok(file) = File::open(path) else { return Ok(()) };
-        let there = match file.metadata() {
-            Ok(there) if there.is_file() && there.len() > 0 => there.len(),
-            _ => return Ok(()),
-        };
         let mut start = Vec::new();
-        let read = file.take(self.begins.len() as u64).read_to_end(&mut start);
-        read.map_err(|e| CliError::file(path, "read what is there", &e))?;
-        if there >= self.begins.len() as u64 && start == self.begins.as_bytes() {
+        file.take(START)
+            .read_to_end(&mut start)
+            .map_err(|e| CliError::file(path, "read what is there", &e))?;
+        let start = String::from_utf8_lossy(&start);
+        if start.starts_with(self.begins) && start.contains(self.holds) {
             return Ok(());
         }
         let text =

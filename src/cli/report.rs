@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use indicatif::ProgressBar;
 use vsonar::evolve::{FolderError, Settings};
-use vsonar::report::page::{self, Comparison, Report, Run, picture_bytes};
+use vsonar::report::page::{self, Comparison, PictureRoom, Report, Run};
 
 use super::CliError;
 use super::executor::{Choice, with_stack};
@@ -31,7 +31,7 @@ The page needs no network and no other file. It is light or dark as the reader's
 medians and quartiles, runs of the same settings together, and each run with its errors and some pictures.";
 
 /// The page.
-const PAGE: Own = Own { what: "page", begins: "<!DOCTYPE html>" };
+const PAGE: Own = Own { what: "page", begins: "<!DOCTYPE html>", holds: "" };
 /// How deep below a folder runs are looked for.
 const LEVELS: u32 = 3;
 
@@ -167,7 +167,7 @@ fn report(args: &Args, folders: &[PathBuf], progress: &ProgressBar) -> Result<Re
         holdout: args.holdout.as_deref(),
         camera,
         rivals: !args.no_rivals && folders.len() == 1,
-        picture_bytes: picture_bytes(folders.len()),
+        pictures: PictureRoom::of(folders.len()),
         explained: !args.no_explain && folders.len() == 1,
         executor: args.executor.make()?,
         memory: args.memory,

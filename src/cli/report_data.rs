@@ -9,7 +9,7 @@ use vsonar::dataset::{Constants, Dataset};
 use vsonar::evolve::{CaseBits, Settings, is_correct};
 use vsonar::exec::{Candidate, Executor};
 use vsonar::explain::{ExplainError, Explanation};
-use vsonar::report::page::{Answers, Command, Compiled, Look, Part, ProgramText, Run};
+use vsonar::report::page::{Answers, Command, Compiled, Look, Part, PictureRoom, ProgramText, Run};
 use vsonar::tree::Individual;
 use vsonar::vision::strips::CaseSet;
 use vsonar::world::office::World;
@@ -31,8 +31,8 @@ pub(super) struct Wanted<'a> {
     /// The camera, if it is told.
     pub(super) camera: Option<Camera>,
     pub(super) rivals: bool,
-    /// Bytes of the pictures of a run.
-    pub(super) picture_bytes: usize,
+    /// What the pictures of a run may take.
+    pub(super) pictures: PictureRoom,
     /// Whether the program is explained.
     pub(super) explained: bool,
     pub(super) executor: Arc<dyn Executor>,
@@ -223,7 +223,7 @@ fn evaluate(
         camera: camera.as_ref(),
         constants: &constants,
         window: Some(best.second().rect()),
-        picture_bytes: wanted.picture_bytes,
+        pictures: wanted.pictures,
     };
     run.answers = Some(Answers::of(set, &answers, &look));
     if wanted.rivals {

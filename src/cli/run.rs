@@ -52,7 +52,7 @@ At the end the speed is told on standard error. Ctrl-C ends the run too, with ex
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The program, .gp or .vir
+    /// The program, .gp or .vir; or a run folder, for its best one
     program: PathBuf,
     /// Where the frames are: a file, a folder of images, or - for standard input
     #[arg(long, value_name = "PATH", default_value = "-")]

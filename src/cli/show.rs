@@ -48,7 +48,7 @@ const SHEET_TILES: usize = 240;
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The program, a .gp file; or several, to be seen side by side
+    /// The program, a .gp file, or a run folder, for its best one; or several, to be seen side by side
     #[arg(required = true, value_name = "PROGRAM")]
     programs: Vec<PathBuf>,
     /// Folder with `labels.csv` and the images it names [default: the held-out building of the world fmrb]

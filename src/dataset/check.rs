@@ -211,6 +211,11 @@ impl CheckReport {
         &self.unlabelled
     }
 
+    /// Images with a tag that asks viewers to turn them: a note, not a fault.
+    pub fn turned(&self) -> &[String] {
+        &self.turned
+    }
+
     /// Image files in subfolders that no row names: a note, not a fault.
     pub fn in_subfolders(&self) -> Option<&Deeper> {
         self.in_subfolders.as_ref()

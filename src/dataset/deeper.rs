@@ -53,7 +53,9 @@ impl Deeper {
                     let begin = if top { String::new() } else { format!("{begin}{leaf}/") };
                     places.push((path, below, begin));
                 } else if !at_top && ImageFormat::from_path(&path).is_ok() {
-                    found.images += usize::from(!is_named(&format!("{begin}{leaf}")));
+                    // What is below `images` may be named with it or without.
+                    let names = [format!("{begin}{leaf}"), format!("{shown}{leaf}")];
+                    found.images += usize::from(!names.iter().any(|name| is_named(name)));
                 }
             }
             if found.images > before {
@@ -107,6 +109,8 @@ mod tests {
         assert_eq!(found.to_string(), "3 images in subfolders (e, e/f, images/c) are not looked at");
         let found = Deeper::find(root, |name| ["c/d.png", "e/i.png"].contains(&name)).expect("one");
         assert_eq!(found.to_string(), "1 image in a subfolder (e/f) is not looked at");
+        let found = Deeper::find(root, |name| ["images/c/d.png", "e/i.png"].contains(&name)).expect("one");
+        assert_eq!(found.folders, ["e/f"], "named from the folder on");
         assert_eq!(Deeper::find(root, |_| true), None);
         assert_eq!(Deeper::find(&root.join("nowhere"), |_| false), None);
     }

@@ -113,6 +113,9 @@ fn hidden(x: f64, y: f64, readings: &[Reading]) -> bool {
         of.min_by(|a, b| (a.bearing - bearing).abs().total_cmp(&(b.bearing - bearing).abs()))
     };
     let before = |reading: &Reading| matches!(reading.reach, Reach::Obstacle(o) if o + BEHIND < distance);
+    if let Some(there) = readings.iter().find(|reading| reading.bearing == bearing) {
+        return before(there);
+    }
     match (side(true), side(false)) {
         (Some(left), Some(right)) => before(left) && before(right),
         (Some(only), None) | (None, Some(only)) => before(only),
@@ -257,6 +260,10 @@ mod tests {
             let mut around = Around { points: vec![Point { x: 1.28, y: 0.1, age: 1.0 }] };
             around.seen(&read(reaches), (0.28, &FAN), (0.5, 4.0), 3.0);
             assert_eq!(around.points.iter().any(|p| p.age == 1.0), kept, "{reaches:?}");
+        }
+        // on a reading's own bearing that one alone counts
+        for (reaches, is_hidden) in [([free, near, free], true), ([near, free, near], false)] {
+            assert_eq!(hidden(1.0, 0.0, &read(reaches)), is_hidden, "{reaches:?}");
         }
         // beyond the outermost reading that one counts
         assert!(hidden(0.9, 0.4, &read([free, free, near])) && !hidden(0.9, 0.4, &read([near, near, free])));

@@ -62,7 +62,7 @@ pub struct Hit {
     /// What it is.
     #[serde(serialize_with = "word")]
     pub thing: Thing,
-    /// Where it was touched.
+    /// Where it was touched; of somebody his middle.
     pub point: (f64, f64),
     /// Whether the picture showed it there within the last second (see [`Moment::shows`]).
     pub in_view: bool,

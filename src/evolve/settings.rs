@@ -248,7 +248,9 @@ impl Settings {
         // What is no TOML is told with its place below.
         if let Ok(table) = text.parse::<toml::Table>() {
             let lacking = |(table_name, field): &(Option<String>, String)| match table_name {
-                None => !table.contains_key(field),
+                None => {
+                    table.get(field).is_none_or(|value| value.as_table().is_some_and(toml::Table::is_empty))
+                }
                 Some(name) => table.get(name).is_none_or(|table| table.get(field).is_none()),
             };
             if let Some((table_name, field)) = settings.always_recorded().into_iter().find(lacking) {
@@ -274,6 +276,7 @@ impl Settings {
                 _ => fields.push((None, name)),
             }
         }
+        fields.push((None, "nodes".to_string()));
         fields
     }
 

@@ -34,7 +34,7 @@ fn tables_put_all_beside_what_was_published() {
         assert!(published.iter().all(|number| row.contains(number)), "{row}");
     }
     assert!(text.contains("times real time"), "{text}");
-    assert!(text.contains("p.gp in fmrb, the building of its training set"), "{text}");
+    assert!(text.contains("p.gp in fmrb, the building of the training set"), "{text}");
     assert!(text.contains("the 71 training images of the world fmrb; "), "{text}");
     let sums = text.lines().position(|line| line.contains("held out  runs")).expect("the table");
     let cells = |sensor: &str| -> Vec<String> {

@@ -38,7 +38,7 @@ fn outputs_replace_nothing_but_their_own_kind() {
     }
     place.write("e.md", "# Notes\n\nof mine\n");
     assert!(
-        place.fails(1, &["explain", "run", "--markdown", "e.md"]).contains("no explanation of this program")
+        place.fails(1, &["explain", "run", "--markdown", "e.md"]).contains("no explanation of a program")
     );
     // An earlier one is replaced, an empty file is filled.
     place.write("answers.csv", "");
@@ -143,7 +143,11 @@ fn damaged_settings_are_no_settings() {
     evolved(&place);
     let whole = place.read("run/settings.toml");
     let cut = whole.find("[selection]").expect("a table");
-    for text in ["", &whole[..cut]] {
+    // Without the weights of the nodes it would be another run.
+    let nodes = whole.find("[nodes]").expect("a table");
+    let data = whole.find("[data]").expect("a table");
+    let without_nodes = format!("{}{}", &whole[..nodes], &whole[data..]);
+    for text in ["", &whole[..cut], &without_nodes] {
         place.write("run/settings.toml", text);
         for command in
             [&["report", "run"][..], &["evolve", "--resume", "run", "--generations", "9"], &["eval", "run"]]
@@ -208,4 +212,19 @@ fn photographs_that_viewers_turn_are_not_imported() {
     assert!(!place.ok(&["data", "check", "photos"]).contains("orientation"));
     place.ok(&[&masks[..], &["m"]].concat());
     place.ok(&[&shapes[..], &["s"]].concat());
+}
+
+/// A named pipe is written to, as it is, whoever reads.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_not_opened_to_be_looked_at() {
+    let place = Place::new();
+    evolved(&place);
+    let pipe = place.path("pipe");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo is there");
+    assert!(made.success());
+    let reader = std::thread::spawn(move || std::fs::read_to_string(pipe).expect("what was written"));
+    place.ok(&["eval", "run", "--answers", "pipe"]);
+    let answers = reader.join().expect("it ends");
+    assert!(answers.starts_with("image,x,label,answer\n"), "{answers}");
 }

@@ -1,8 +1,8 @@
 //! LabelMe: a JSON file for each picture, with polygons and other shapes, of which later ones cover earlier ones.
 //!
-//! Read are polygons, rectangles, circles and masks; points, lines and strips of lines have no area: one
-//! of a label that is asked for is a fault, others do not count. The
-//! picture is the one inside the file, if there is one, else the file that it names.
+//! Read are polygons, rectangles, circles and masks; points, lines and strips of lines have no area: one of a label that is
+//! asked for is a fault, others do not count. The picture is the file of its name in the folder of images that is given;
+//! without one, or where it has no such file, the picture inside the annotation, and else the file that it names.
 
 use std::path::{Path, PathBuf};
 

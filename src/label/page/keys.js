@@ -30,7 +30,8 @@ export function listen({ accept, andOn, choose, copy, firstGap, nudge, put, show
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (!session || $("help").open || event.altKey || event.metaKey && key !== "z") return;
     if (event.ctrlKey || event.metaKey) {
-      if (key === "z") { undo(); event.preventDefault(); }
+      // With Shift it is asked for the opposite, which there is not.
+      if (key === "z" && !event.shiftKey) { undo(); event.preventDefault(); }
       return;
     }
     // A button that has the focus is pressed by these.

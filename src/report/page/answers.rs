@@ -19,8 +19,6 @@ use crate::report::{Column, Style, draw};
 const WORST: usize = 10;
 /// The best images that are shown.
 const BEST: usize = 4;
-/// Longest side of a picture in pixels.
-const SIDE: u32 = 480;
 /// Bytes of the pictures of a report on one run as PNG files, at most; in base 64 they are a third more.
 const PICTURE_BYTES: usize = 5 << 19;
 /// Stretches of rows, where distances are not known.
@@ -30,13 +28,25 @@ const EDGES: [f32; 8] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0];
 /// Bins of the histogram to either side of the one around 0.
 const BINS: i64 = 12;
 
-/// Bytes that the pictures of each run may take as PNG files in a report on so many runs, so that it stays below 5 MB.
-pub fn picture_bytes(runs: usize) -> usize {
-    match runs {
-        0 | 1 => PICTURE_BYTES,
-        // each has curves of its own as well
-        2..=BRIEFS => PICTURE_BYTES / 2 / runs,
-        _ => 0,
+/// What the pictures of a run may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PictureRoom {
+    /// Bytes of all of them, as PNG files.
+    pub bytes: usize,
+    /// The longest side of one, in pixels.
+    pub side: u32,
+}
+
+impl PictureRoom {
+    /// In a report on so many runs, so that it stays below 5 MB.
+    pub fn of(runs: usize) -> PictureRoom {
+        match runs {
+            0 | 1 => PictureRoom { bytes: PICTURE_BYTES, side: 480 },
+            // Each has curves of its own as well.
+            2..=10 => PictureRoom { bytes: 4 * PICTURE_BYTES / 5 / runs, side: 240 },
+            11..=BRIEFS => PictureRoom { bytes: 4 * PICTURE_BYTES / 5 / runs, side: 160 },
+            _ => PictureRoom { bytes: 0, side: 160 },
+        }
     }
 }
 
@@ -53,8 +63,8 @@ pub struct Look<'a> {
     pub constants: &'a Constants,
     /// The window of the program's second tree, to be drawn.
     pub window: Option<Rect>,
-    /// Bytes that pictures may take together as PNG files: see [`picture_bytes`].
-    pub picture_bytes: usize,
+    /// What pictures may take.
+    pub pictures: PictureRoom,
 }
 
 impl Tally {
@@ -177,7 +187,7 @@ fn pictures(set: &Dataset, answers: &[f32], images: &[(usize, Group)], look: &Lo
     let worst = images.iter().filter(|(_, group)| group.tally.correct < group.tally.cases).take(WORST);
     let worst: Vec<_> = worst.collect();
     let best = images.iter().rev().take(BEST.min(images.len() - worst.len()));
-    let mut left = look.picture_bytes;
+    let mut left = look.pictures.bytes;
     let mut pictures = Vec::new();
     for (number, group) in worst.into_iter().chain(best) {
         let columns: Vec<Column> = (set.cases().iter().zip(answers))
@@ -203,18 +213,18 @@ fn pictures(set: &Dataset, answers: &[f32], images: &[(usize, Group)], look: &Lo
     pictures
 }
 
-/// The image with the answers in it, no side longer than [`SIDE`]: marks are as wide as the picture is large, so that
+/// The image with the answers in it, no side longer than there is room for: marks are as wide as the picture is large, so that
 /// they stay visible in a reduced one.
 fn picture(pixels: &image::GrayImage, columns: &[Column], look: &Look) -> RgbImage {
     let longest = pixels.width().max(pixels.height()).max(1);
     let style = Style { tolerance: look.tolerance, window: look.window, scale: (320 / longest).max(1) };
     let picture = draw(pixels, columns, &style);
     let reduced = |side: u32| {
-        let side = u64::from(side) * u64::from(SIDE) / u64::from(longest);
-        // at most SIDE, since no side is longer than the longest
+        let side = u64::from(side) * u64::from(look.pictures.side) / u64::from(longest);
+        // at most what there is room for, since no side is longer than the longest
         (side as u32).max(1)
     };
-    match longest > SIDE {
+    match longest > look.pictures.side {
         true => thumbnail(&picture, reduced(picture.width()), reduced(picture.height())),
         false => picture,
     }
@@ -240,7 +250,7 @@ mod tests {
             camera,
             constants: &constants,
             window: None,
-            picture_bytes: picture_bytes(1),
+            pictures: PictureRoom::of(1),
         };
         Answers::of(set, answers, &look)
     }
@@ -285,7 +295,7 @@ mod tests {
             camera: None,
             constants: &constants,
             window: None,
-            picture_bytes: found.pictures.remove(0).png.len(),
+            pictures: PictureRoom { bytes: found.pictures.remove(0).png.len(), ..PictureRoom::of(1) },
         };
         assert_eq!(Answers::of(&set, &[500.0, 511.0, 900.0], &look).pictures.len(), 1);
     }

@@ -154,9 +154,11 @@ fn table(settings: &[Setting], runs: &[Run]) -> Table {
     table
 }
 
-/// Whether some runs have more generations than others.
-fn lengths(runs: &[Run]) -> bool {
-    runs.iter().any(|run| run.records.len() != runs[0].records.len())
+/// Whether some of the runs that count have more generations than others.
+fn lengths(settings: &[Setting], runs: &[Run]) -> bool {
+    let mut lengths = settings.iter().flat_map(|setting| &setting.runs).map(|&run| runs[run].records.len());
+    let first = lengths.next();
+    lengths.any(|length| Some(length) != first)
 }
 
 fn p_value(p: f64) -> String {
@@ -213,7 +215,7 @@ pub(super) fn page(
         all.push((
             "curves",
             "Over the generations",
-            html! { @if lengths(runs) { p.caption { "Runs that ended sooner count as far as they got." } } div.plots {
+            html! { @if lengths(settings, runs) { p.caption { "Runs that ended sooner count as far as they got." } } div.plots {
                 (medians("c-best", "Best so far, in training", shares(), "", settings, |s| &s.best)?)
                 (medians("c-mean", "Mean fitness", shares(), "", settings, |s| &s.mean)?)
                 (medians("c-nodes", "Mean size", None, "nodes", settings, |s| &s.nodes)?)
@@ -242,7 +244,9 @@ fn about(runs: &[Run], comparison: Option<&Comparison>) -> Markup {
     let mut missing: Vec<&String> = runs.iter().flat_map(|run| &run.missing).collect();
     missing.sort_unstable();
     missing.dedup();
-    let unfinished = runs.iter().filter(|run| !run.is_complete()).count();
+    let again = comparison.map_or(&[][..], |comparison| &comparison.again);
+    let counts = |i: usize| again.iter().all(|(run, _)| *run != i);
+    let unfinished = (0..runs.len()).filter(|&i| counts(i) && !runs[i].is_complete()).count();
     html! {
         dl.facts {
             dt { "Data" } @for data in data { dd { (data) } }
@@ -253,7 +257,7 @@ fn about(runs: &[Run], comparison: Option<&Comparison>) -> Markup {
             @for (i, run) in collapsed.iter().enumerate() { @if i > 0 { ", " } (run.folder) }
             @if let Some(warning) = &first.warning { ". Of the first: " (warning) }
         } }
-        @for (run, first) in comparison.map_or(&[][..], |comparison| &comparison.again) { p.note {
+        @for (run, first) in again { p.note {
             (runs[*run].folder) " is " (runs[*first].folder) " once more: the same settings, seed and data. It counts once."
         } }
         @if unfinished > 0 { p.note {

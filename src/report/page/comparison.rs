@@ -87,6 +87,13 @@ pub(super) fn scores(setting: &Setting, runs: &[Run], part: Part) -> Vec<f64> {
     setting.runs.iter().filter_map(of).collect()
 }
 
+/// The setting with its complete runs alone, if it has any: how others do so far tells little.
+fn complete(setting: &Setting, runs: &[Run]) -> Setting {
+    let complete: Vec<usize> = setting.runs.iter().copied().filter(|&run| runs[run].is_complete()).collect();
+    let runs = if complete.is_empty() { setting.runs.clone() } else { complete };
+    Setting { runs, ..setting.clone() }
+}
+
 fn pairs(settings: &[Setting], runs: &[Run], part: Part) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for first in 0..settings.len() {
@@ -98,7 +105,8 @@ fn pairs(settings: &[Setting], runs: &[Run], part: Part) -> Vec<Pair> {
             if data(first) != data(second) {
                 continue;
             }
-            let [a, b] = [first, second].map(|setting| scores(&settings[setting], runs, part));
+            let [a, b] =
+                [first, second].map(|setting| scores(&complete(&settings[setting], runs), runs, part));
             if let (Some(effect), Some(p)) = (a12(&a, &b), rank_sum(&a, &b)) {
                 pairs.push(Pair { first, second, a12: effect.0, p, corrected: p });
             }

@@ -37,7 +37,7 @@ mod tests;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-pub use answers::{Look, picture_bytes};
+pub use answers::{Look, PictureRoom};
 pub use chart::PlotError;
 pub use folder::ReadError;
 pub use model::{

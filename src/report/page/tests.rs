@@ -58,7 +58,7 @@ fn the_page_of_a_full_run_is_below_5_mb() {
         camera: None,
         constants: &constants,
         window: None,
-        picture_bytes: picture_bytes(1),
+        pictures: PictureRoom::of(1),
     };
     run.answers = Some(Answers::of(&set, &answers, &look));
     let body = (0..2000).fold("gradient".to_string(), |text, i| {
@@ -185,6 +185,7 @@ fn a_run_made_twice_counts_once() {
     let report = Report { title: "again".into(), runs, comparison: Some(comparison), command: None };
     let page = html(&report).expect("drawn");
     assert!(page.contains("short is whole once more"));
+    assert!(!page.contains("Not complete") && !page.contains("ended sooner"), "it does not count");
 }
 
 #[test]
@@ -208,6 +209,14 @@ fn a_run_that_goes_on_leaves_the_test_to_those_that_are_complete() {
     let comparison = Comparison::of(&runs, &settings);
     assert_eq!((comparison.part, comparison.pairs.len()), (Some(Part::Holdout), 1));
     assert_eq!(comparison.pairs[0].a12, 1.0, "of what is held out");
+    // Nor does it count where all have scores.
+    let mut everything = runs.clone();
+    everything.iter_mut().for_each(|run| run.scores.truncate(1));
+    everything[4].scores[0].fitness = 1.0;
+    everything[3].scores[0].fitness = 0.8;
+    everything[5].scores[0].fitness = 0.8;
+    let comparison = Comparison::of(&everything, &settings);
+    assert_eq!((comparison.part, comparison.pairs[0].a12), (Some(Part::Training), 1.0), "2 against 3");
     for run in &mut runs[3..] {
         run.records.truncate(2);
         run.scores.truncate(1);
@@ -218,12 +227,21 @@ fn a_run_that_goes_on_leaves_the_test_to_those_that_are_complete() {
 /// Errors, pictures and curves of as many runs as have details.
 #[test]
 fn the_page_of_many_runs_is_below_5_mb() {
+    // As grainy as what a camera gives.
+    let mut state = 1u32;
+    let mut grain = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 28) as u8
+    };
     let images = (0..71).map(|i| NamedImage {
         name: format!("image_{i}.png"),
-        pixels: image::GrayImage::from_fn(320, 240, |x, y| image::Luma([(x / 2 + y / (i + 3)) as u8])),
+        pixels: image::GrayImage::from_fn(320, 240, |x, y| {
+            image::Luma([(x / 2 + y / 3) as u8 / 2 + 3 * grain()])
+        }),
     });
+    let images: Vec<NamedImage> = images.collect();
     let case = |image: usize| (0..6).map(move |i| Case { image, x: 25 + 50 * i, y: 200 });
-    let set = Dataset::new("set", images.collect(), (0..71).flat_map(case).collect()).expect("sound");
+    let set = Dataset::new("set", images, (0..71).flat_map(case).collect()).expect("sound");
     let answers: Vec<f32> = (0..set.cases().len()).map(|i| (i * 7 % 240) as f32).collect();
     let constants = Constants::learn(&set, 10.0);
     let look = Look {
@@ -232,7 +250,7 @@ fn the_page_of_many_runs_is_below_5_mb() {
         camera: None,
         constants: &constants,
         window: None,
-        picture_bytes: picture_bytes(compare::BRIEFS),
+        pictures: PictureRoom::of(compare::BRIEFS),
     };
     let looked = Answers::of(&set, &answers, &look);
     assert!(!looked.pictures.is_empty());
