@@ -226,8 +226,8 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         ANSWERS.write(file, &csv)?;
     }
     let mut report = Report { images_of: name, ..report(&args, program, tolerance, &set, &answers) };
-    report.trained_constant = trained.map(|train| {
-        let score = Constants::learn(&train, tolerance).score(&set);
+    report.trained_constant = trained.map(|constants| {
+        let score = constants.score(&set);
         Trained { fitness: score.overall_share(), per_column_fitness: score.per_column_share() }
     });
     if args.sensitivity {

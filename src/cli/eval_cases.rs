@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use vsonar::dataset::{Dataset, TOLERANCE};
+use vsonar::dataset::{Constants, Dataset, TOLERANCE};
 
 use super::CliError;
 use super::against::Named;
@@ -37,8 +37,8 @@ pub(super) struct What {
     pub(super) name: String,
     /// The training cases, if they are known and needed.
     pub(super) train: Option<Named>,
-    /// The training cases of the run whose other cases are asked about.
-    pub(super) trained: Option<Dataset>,
+    /// The best constants of the training cases of the run whose other cases are asked about.
+    pub(super) trained: Option<Constants>,
 }
 
 /// The folder of the run that a program is of, if it is given as its folder or is in it.
@@ -83,17 +83,17 @@ pub(super) fn what(args: &Args) -> Result<What, CliError> {
         return Ok(What { set, name, tolerance, train: tune_on, trained: None });
     };
     let (cases, settings) = cases_of_run(&run)?;
+    let tolerance = args.tolerance.unwrap_or(settings.tolerance);
     let name = |part: RunPart| format!("the {} images of {}", part.name(), run.display());
     let train = needs_train.then(|| Named { name: name(RunPart::Train), set: cases.train.clone() });
     let (Named { name, set }, trained) = match data {
         Some(data) => (data, None),
         None => {
-            let train = cases.train.clone();
+            let constants = Constants::learn(&cases.train, tolerance);
             let (part, set) = part_of_run(&run, cases, settings.generations, args.part)?;
-            (Named { name: name(part), set }, Some(train).filter(|_| part != RunPart::Train))
+            (Named { name: name(part), set }, Some(constants).filter(|_| part != RunPart::Train))
         }
     };
-    let tolerance = args.tolerance.unwrap_or(settings.tolerance);
     Ok(What { set, name, tolerance, train: train.or(tune_on), trained })
 }
 

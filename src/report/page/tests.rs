@@ -24,6 +24,15 @@ fn record(generation: u32) -> Record {
     serde_json::from_str(&text).expect("a record")
 }
 
+/// The same gray values each time, of which none tells the next.
+fn noise() -> impl FnMut() -> u8 {
+    let mut state = 1u32;
+    move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    }
+}
+
 fn progress(generations: u32) -> Run {
     let settings = Settings { generations, ..Settings::default_preset() };
     let records = (0..generations).map(record).collect();
@@ -38,14 +47,10 @@ fn page(run: Run) -> String {
 #[test]
 fn the_page_of_a_full_run_is_below_5_mb() {
     let mut run = progress(51);
-    let mut state = 1u32;
-    let mut noise = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        image::Luma([(state >> 24) as u8])
-    };
+    let mut noise = noise();
     let images = (0..71).map(|i| NamedImage {
         name: format!("image_{i}.png"),
-        pixels: image::GrayImage::from_fn(640, 480, |_, _| noise()),
+        pixels: image::GrayImage::from_fn(640, 480, |_, _| image::Luma([noise()])),
     });
     let images: Vec<NamedImage> = images.collect();
     let case = |image: usize| (0..6).map(move |i| Case { image, x: 50 + 100 * i, y: 200 });
@@ -228,15 +233,11 @@ fn a_run_that_goes_on_leaves_the_test_to_those_that_are_complete() {
 #[test]
 fn the_page_of_many_runs_is_below_5_mb() {
     // As grainy as what a camera gives.
-    let mut state = 1u32;
-    let mut grain = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 28) as u8
-    };
+    let mut noise = noise();
     let images = (0..71).map(|i| NamedImage {
         name: format!("image_{i}.png"),
         pixels: image::GrayImage::from_fn(320, 240, |x, y| {
-            image::Luma([(x / 2 + y / 3) as u8 / 2 + 3 * grain()])
+            image::Luma([(x / 2 + y / 3) as u8 / 2 + 3 * (noise() >> 4)])
         }),
     });
     let images: Vec<NamedImage> = images.collect();
