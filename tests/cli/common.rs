@@ -187,6 +187,23 @@ pub(crate) fn recorded(run: &Path) -> Recorded {
     }
 }
 
+/// More generations than any test sees the end of: such a run is still at it whenever somebody comes to stop it.
+pub(crate) const ENDLESS: &[&str] = &["--generations", "1000000"];
+
+/// How many generations are recorded so far.
+pub(crate) fn logged(run: &Path) -> usize {
+    std::fs::read_to_string(run.join("log.jsonl")).map_or(0, |text| text.matches('\n').count())
+}
+
+/// Lets a run that was [`ENDLESS`] end after so many generations. The command only ever adds some.
+pub(crate) fn end_after(run: &Path, generations: usize) {
+    let file = run.join("settings.toml");
+    let settings = std::fs::read_to_string(&file).expect("there");
+    let ends = settings.replace("generations = 1000000\n", &format!("generations = {generations}\n"));
+    assert_ne!(ends, settings);
+    std::fs::write(&file, ends).expect("writable");
+}
+
 /// Random numbers for tests; the seed is to be printed on failure.
 pub(crate) struct Dice(pub(crate) u64);
 

@@ -1,9 +1,13 @@
 //! A run that is killed, at any moment and again and again, comes to the same end.
 
 use std::process::Stdio;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::common::*;
+
+/// Far longer than a generation takes.
+const LIMIT: Duration = Duration::from_secs(300);
+const KILLS: u32 = 12;
 
 #[test]
 fn killed_at_random_moments_it_comes_to_the_same_end() {
@@ -11,34 +15,32 @@ fn killed_at_random_moments_it_comes_to_the_same_end() {
     let mut dice = Dice(seed);
     println!("seed {seed}");
     let place = Place::new();
-    let start = |out| {
-        tiny(&["--generations", "8", "--population", "60", "--quiet", "--executor", "tree", "--out", out])
-    };
-    let begun = std::time::Instant::now();
-    place.ok(&start("whole"));
-    let whole = begun.elapsed().as_millis() as u64;
-    let (mut kills, mut attempts) = (0, 0);
-    loop {
-        attempts += 1;
-        assert!(attempts < 200, "seed {seed}: it does not come to an end");
-        let fresh = !place.path("parts").exists();
-        let resume = vec!["evolve", "--resume", "parts", "--quiet", "--executor", "tree"];
-        let arguments = if fresh { start("parts") } else { resume };
+    let more = ["--population", "60", "--quiet", "--executor", "tree"];
+    let parts = place.path("parts");
+    for kill in 1..=KILLS {
+        let resume = ["evolve", "--resume", "parts", "--quiet", "--executor", "tree"];
+        let fresh = !parts.exists();
+        let arguments =
+            if fresh { tiny(&[&more[..], ENDLESS, &["--out", "parts"]].concat()) } else { resume.to_vec() };
         let mut command = place.command(&arguments);
         let mut run = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("started");
-        // At first a fraction of a run, so that many a generation is hit; then ever more, so that it ends.
-        let patience = 1 + whole / 3 + whole * attempts / 40;
-        std::thread::sleep(Duration::from_millis(dice.below(patience)));
+        // While it starts, or so many generations on; and then somewhere in the midst of one.
+        let (further, start) = (logged(&parts) + dice.below(4) as usize, Instant::now());
+        while logged(&parts) < further && run.try_wait().expect("it can be asked").is_none() {
+            assert!(start.elapsed() < LIMIT, "seed {seed}, kill {kill}: no generation");
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        std::thread::sleep(Duration::from_micros(dice.below(30_000)));
         run.kill().expect("it can be killed");
         let output = run.wait_with_output().expect("it ends");
         let complaint = String::from_utf8_lossy(&output.stderr);
-        assert!(complaint.is_empty(), "seed {seed}, attempt {attempts}: {complaint}");
-        if output.status.success() {
-            break;
-        }
-        kills += 1;
+        assert!(complaint.is_empty(), "seed {seed}, kill {kill}: {complaint}");
+        assert_eq!(output.status.code(), None, "seed {seed}, kill {kill}: it ended by itself");
     }
-    println!("{kills} kills");
-    assert!(kills >= 3, "seed {seed}: only {kills} kills");
-    assert_eq!(recorded(&place.path("whole")), recorded(&place.path("parts")), "seed {seed}");
+    let generations = logged(&parts) + 2;
+    println!("killed {KILLS} times, {generations} generations");
+    end_after(&parts, generations);
+    place.ok(&["evolve", "--resume", "parts", "--quiet", "--executor", "tree"]);
+    place.ok(&tiny(&[&more[..], &["--generations", &generations.to_string(), "--out", "whole"]].concat()));
+    assert_eq!(recorded(&place.path("whole")), recorded(&parts), "seed {seed}");
 }

@@ -88,29 +88,38 @@ fn wrong_usage_is_named() {
 fn ctrl_c_saves_all_and_says_how_to_go_on() {
     use std::process::Stdio;
     let place = Place::new();
-    let slow = ["--generations", "8", "--population", "400", "--runs", "3", "--jobs", "2"];
-    place.ok(&tiny(&[&slow[..], &["--out", "whole", "--quiet"]].concat()));
+    let several = ["--population", "400", "--runs", "3", "--jobs", "2"];
     for out in [&["--out", "parts"][..], &[]] {
-        let mut command = place.command(&tiny(&[&slow[..], out, &["--executor", "tree"]].concat()));
+        let endless = [&several, ENDLESS, out, &["--executor", "tree"]].concat();
+        let mut command = place.command(&tiny(&endless));
         let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
-        let folder = place.path(if out.is_empty() { "runs/data-seed-1" } else { "parts/seed-1" });
-        while !folder.join("log.jsonl").exists() {
+        let folder = |seed| {
+            let folders = if out.is_empty() { "runs/data-seed-" } else { "parts/seed-" };
+            place.path(&format!("{folders}{seed}"))
+        };
+        while logged(&folder(1)) == 0 {
             std::thread::sleep(std::time::Duration::from_millis(2));
         }
         crate::interruption::interrupt(&run);
         let output = run.wait_with_output().expect("it ends");
         let said = String::from_utf8(output.stderr).expect("UTF-8");
         assert_eq!(output.status.code(), Some(130), "{said}");
+        let begun: Vec<u32> = (1..=3).filter(|&seed| folder(seed).exists()).collect();
+        let most = begun.iter().map(|&seed| logged(&folder(seed))).max().expect("one at least");
+        begun.iter().for_each(|&seed| end_after(&folder(seed), most + 2));
+        let generations = (most + 2).to_string();
+        let whole = [&several[..], &["--generations", &generations, "--quiet", "--out"]].concat();
         if out.is_empty() {
             assert!(said.contains("vsonar evolve --resume runs/data-seed-1"), "{said}");
             place.ok(&["evolve", "--resume", "runs/data-seed-1", "--quiet"]);
-            assert_eq!(recorded(&folder), recorded(&place.path("whole/seed-1")));
+            place.ok(&tiny(&[&whole[..], &["whole-1"]].concat()));
+            assert_eq!(recorded(&folder(1)), recorded(&place.path("whole-1/seed-1")));
         } else {
             assert!(said.contains("--out parts"), "{said}");
-            place.ok(&tiny(&[&slow[..], out, &["--quiet"]].concat()));
+            place.ok(&tiny(&[&whole[..], &["parts"]].concat()));
+            place.ok(&tiny(&[&whole[..], &["whole"]].concat()));
             for seed in 1..=3 {
-                let of = |out: &str| recorded(&place.path(&format!("{out}/seed-{seed}")));
-                assert_eq!(of("parts"), of("whole"));
+                assert_eq!(recorded(&folder(seed)), recorded(&place.path(&format!("whole/seed-{seed}"))));
             }
         }
     }

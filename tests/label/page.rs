@@ -278,9 +278,12 @@ fn two_windows_see_and_keep_each_others_marks() {
     // A mark that has not seen the other's is refused, and that is told. No news comes between the two.
     browser.get(
         "(() => { const ask = window.fetch; \
-         window.fetch = (what, how) => String(what).startsWith('changes') ? new Promise(() => {}) : ask(what, how); })()",
+         window.fetch = (what, how) => { \
+         if (!String(what).startsWith('changes')) return ask(what, how); \
+         window.deaf = true; return new Promise(() => {}); }; })()",
     );
-    std::thread::sleep(std::time::Duration::from_millis(200));
+    // The page asks for the next news once it has those before.
+    browser.wait("window.deaf === true");
     served.mark("frame_1.png", 20, json!(0), json!(33));
     browser.keys(&["1", "Down"]);
     browser.wait_saved();

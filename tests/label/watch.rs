@@ -112,8 +112,14 @@ fn it_keeps_up_and_leaves_the_reader_alone() {
              document.dispatchEvent(new Event('visibilitychange')); }})()"
         ))
     };
+    browser.get(
+        "(() => { const ask = window.fetch; \
+         window.fetch = (what, how) => { \
+         if (String(what).includes('quiet=true')) window.quiet = true; return ask(what, how); }; })()",
+    );
     hide(true);
-    std::thread::sleep(Duration::from_millis(500));
+    // It asks for what is next once it has shown what came before.
+    browser.wait("window.quiet === true");
     let (hidden, generations) = (revision(&browser), watched.generations());
     wait_until("two generations", || watched.generations() > generations + 1);
     std::thread::sleep(Duration::from_millis(2500));
