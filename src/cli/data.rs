@@ -89,7 +89,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
                 checked.map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?;
                 corridor = corridor.seen_by(&camera);
             }
-            recording::write(&dir, move || Ok(corridor.render(seed, frames)?))
+            recording::write(&dir, move |progress| Ok(corridor.render_told(seed, frames, progress)?))
         }
     }
 }

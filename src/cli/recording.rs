@@ -1,6 +1,7 @@
 //! A data folder of pictures that are made up, not found.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -8,6 +9,7 @@ use std::time::Duration;
 use clap::builder::RangedU64ValueParser;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vsonar::dataset::Dataset;
+use vsonar::world::Progress;
 
 use super::new_folder::NewFolder;
 use super::output::{self, count, shell_word};
@@ -16,8 +18,6 @@ use super::{CliError, interrupt};
 
 /// How often one looks whether the pictures are rendered, or Ctrl-C was pressed.
 const LOOK: Duration = Duration::from_millis(20);
-/// How often the line on a terminal moves.
-const TICK: Duration = Duration::from_millis(150);
 
 /// How many pictures can be asked for.
 pub(crate) fn frames() -> RangedU64ValueParser<usize> {
@@ -28,14 +28,15 @@ pub(crate) fn frames() -> RangedU64ValueParser<usize> {
 /// anything is rendered.
 pub(crate) fn write(
     dir: &Path,
-    render: impl FnOnce() -> Result<Dataset, CliError> + Send + 'static,
+    render: impl FnOnce(&Progress) -> Result<Dataset, CliError> + Send + 'static,
 ) -> Result<(), CliError> {
     let mut folder = NewFolder::check(dir)?;
     let stop = interrupt::stop_flag()?;
     folder.make()?;
     let style = Style::of(false, false);
     let set = rendered(render, style, &stop)?;
-    let bar = bar(style, set.images().len() as u64);
+    let bar = bar(style, "writing {pos}/{len} images {wide_bar} {eta}");
+    bar.set_length(set.images().len() as u64);
     for (name, bytes) in set.files() {
         if stop.load(Ordering::Relaxed) {
             bar.finish_and_clear();
@@ -59,26 +60,29 @@ pub(crate) fn write(
 
 /// The set. It is made by a thread of its own, which Ctrl-C leaves behind: it has nothing to put in order.
 fn rendered(
-    render: impl FnOnce() -> Result<Dataset, CliError> + Send + 'static,
+    render: impl FnOnce(&Progress) -> Result<Dataset, CliError> + Send + 'static,
     style: Style,
     stop: &AtomicBool,
 ) -> Result<Dataset, CliError> {
-    let line = ProgressBar::with_draw_target(None, target(style));
-    if let Ok(style) = ProgressStyle::with_template("{spinner} rendering, {elapsed}") {
-        line.set_style(style);
-    }
-    line.enable_steady_tick(TICK);
-    let thread = thread::Builder::new()
-        .spawn(render)
-        .map_err(|e| CliError::Failed(format!("cannot start a thread: {e}")))?;
+    let progress = Arc::new(Progress::default());
+    let bar = bar(style, "rendering {wide_bar} {percent} %, {eta} left");
+    let thread = {
+        let progress = progress.clone();
+        thread::Builder::new()
+            .spawn(move || render(&progress))
+            .map_err(|e| CliError::Failed(format!("cannot start a thread: {e}")))?
+    };
     while !thread.is_finished() {
         if stop.load(Ordering::Relaxed) {
-            line.finish_and_clear();
+            bar.finish_and_clear();
             return Err(interrupted());
         }
+        let (done, total) = progress.steps();
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
         thread::sleep(LOOK);
     }
-    line.finish_and_clear();
+    bar.finish_and_clear();
     thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
@@ -86,16 +90,13 @@ fn interrupted() -> CliError {
     CliError::Interrupted("interrupted; nothing was written".to_string())
 }
 
-fn target(style: Style) -> ProgressDrawTarget {
-    match style {
+fn bar(style: Style, template: &str) -> ProgressBar {
+    let target = match style {
         Style::Live => ProgressDrawTarget::stderr_with_hz(10),
         _ => ProgressDrawTarget::hidden(),
-    }
-}
-
-fn bar(style: Style, images: u64) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(images), target(style));
-    if let Ok(style) = ProgressStyle::with_template("writing {pos}/{len} images {wide_bar} {eta}") {
+    };
+    let bar = ProgressBar::with_draw_target(Some(0), target);
+    if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.progress_chars("━╸─"));
     }
     bar

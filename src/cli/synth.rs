@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use vsonar::camera::Camera;
 use vsonar::dataset::Dataset;
-use vsonar::world::office::{Office, Plan, Setup, World, record};
+use vsonar::world::Progress;
+use vsonar::world::office::{Office, Plan, Setup, World, record_told};
 
 use super::{CliError, recording};
 
@@ -58,9 +59,9 @@ pub(crate) struct Args {
 /// Writes a folder.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let dir = args.out.clone();
-    recording::write(&dir, move || match (args.world, &args.plan) {
-        (Some(world), _) => Ok(world.recorded(args.seed, args.changed, args.frames)?),
-        (None, Some(plan)) => planned(plan, &args),
+    recording::write(&dir, move |progress| match (args.world, &args.plan) {
+        (Some(world), _) => Ok(world.recorded_told(args.seed, args.changed, args.frames, progress)?),
+        (None, Some(plan)) => planned(plan, &args, progress),
         (None, None) => Err(CliError::Usage("give --world or --plan".to_string())),
     })
 }
@@ -71,7 +72,7 @@ const LONGEST: u64 = 1 << 20;
 const FRAMES: usize = 70;
 
 /// What is recorded in the building of a file.
-fn planned(path: &Path, args: &Args) -> Result<Dataset, CliError> {
+fn planned(path: &Path, args: &Args, progress: &Progress) -> Result<Dataset, CliError> {
     let mut text = String::new();
     File::open(path)
         .and_then(|file| file.take(LONGEST + 1).read_to_string(&mut text))
@@ -85,7 +86,8 @@ fn planned(path: &Path, args: &Args) -> Result<Dataset, CliError> {
         setup = setup.seen_by(&camera);
     }
     let office = Office::build(&plan, &setup, 0)?;
-    Ok(record(&office, "plan", args.frames.unwrap_or(FRAMES), args.seed.unwrap_or(1))?)
+    let (frames, seed) = (args.frames.unwrap_or(FRAMES), args.seed.unwrap_or(1));
+    Ok(record_told(&office, "plan", frames, seed, progress)?)
 }
 
 /// `FILE:3: ...` for what begins with `line 3: `, as compilers have it.

@@ -27,6 +27,7 @@ use rayon::prelude::*;
 use crate::camera::Camera;
 use crate::dataset::{Case, Dataset, NamedImage};
 use camera::Lens;
+pub use progress::Progress;
 use render::Scene;
 
 pub mod building;
@@ -37,6 +38,7 @@ pub mod noise;
 pub mod office;
 mod outline;
 mod path;
+mod progress;
 pub mod render;
 pub mod texture;
 
@@ -148,13 +150,29 @@ impl Corridor {
     /// # Errors
     /// If a setting is out of its range.
     pub fn render(&self, seed: u64, frames: usize) -> Result<Dataset, CorridorError> {
+        self.render_told(seed, frames, &Progress::default())
+    }
+
+    /// The same; meanwhile one can see how far it is, a step for each picture.
+    ///
+    /// # Errors
+    /// As [`Corridor::render`].
+    pub fn render_told(
+        &self,
+        seed: u64,
+        frames: usize,
+        progress: &Progress,
+    ) -> Result<Dataset, CorridorError> {
         self.check(frames)?;
+        progress.expect(frames);
         let scene = Scene::new(self, seed);
         let poses = scene.poses(frames);
         let frame = |(i, pose)| {
             let labels: Vec<u32> = self.labelled().map(|x| scene.label(pose, x)).collect();
             let name = format!("corridor_{i:04}.png");
-            (NamedImage { name, pixels: scene.picture(pose, i as u64) }, labels)
+            let pixels = scene.picture(pose, i as u64);
+            progress.step();
+            (NamedImage { name, pixels }, labels)
         };
         let rendered: Vec<(NamedImage, Vec<u32>)> = poses.par_iter().enumerate().map(frame).collect();
         let (mut images, mut cases) = (Vec::new(), Vec::new());

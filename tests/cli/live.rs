@@ -52,6 +52,9 @@ fn a_recording_shows_how_far_it_is() {
             text.contains("rendering") && text.contains(" images ") && text.contains("\u{1b}["),
             "{text:?}"
         );
+        let shares = text.split(" %, ").filter_map(|before| before.rsplit(' ').next()?.parse::<u32>().ok());
+        assert!(shares.clone().any(|share| (1..100).contains(&share)), "{text:?}");
+        assert!(shares.clone().all(|share| share <= 100), "{text:?}");
         assert!(text.trim_end().ends_with("--data x") || text.trim_end().ends_with("--data y"), "{text:?}");
     }
 }

@@ -12,6 +12,7 @@ use super::wander::Wanderer;
 use super::{FRAME_RATE, Kind, Moment, Office, OfficeError, Place, Plan, Setup};
 use crate::camera::Camera;
 use crate::dataset::{Case, Dataset, NamedImage};
+use crate::world::Progress;
 
 /// Frames of the camera from one recorded picture to the next.
 const EVERY: usize = 30;
@@ -68,7 +69,7 @@ pub fn drive(office: &Office, frames: usize, seed: u64) -> Vec<Shot> {
 }
 
 fn shots(office: &Office, frames: usize, seed: u64, grabber: &mut Grabber) -> Vec<Shot> {
-    shots_and_before(office, frames, seed, grabber, 0)
+    shots_and_before(office, frames, seed, grabber, 0, &Progress::default())
         .into_iter()
         .filter_map(|mut shots| shots.pop())
         .collect()
@@ -81,6 +82,7 @@ fn shots_and_before(
     seed: u64,
     grabber: &mut Grabber,
     before: usize,
+    progress: &Progress,
 ) -> Vec<Vec<Shot>> {
     let mut robot = Wanderer::new(office.start(0), seed);
     let mut crowd = office.crowd();
@@ -97,6 +99,7 @@ fn shots_and_before(
         }
         if k % EVERY == EVERY - 1 {
             taken.push(std::mem::take(&mut stretch));
+            progress.step();
         }
         robot.step(&moment);
     }
@@ -109,7 +112,22 @@ fn shots_and_before(
 /// # Errors
 /// If no pictures are asked for, or more than 10,000.
 pub fn record(office: &Office, name: &str, frames: usize, seed: u64) -> Result<Dataset, OfficeError> {
-    Ok(record_with_earlier(office, name, frames, seed, 0)?.0)
+    record_told(office, name, frames, seed, &Progress::default())
+}
+
+/// The same; meanwhile one can see how far it is, a step for each picture taken and one for each developed.
+///
+/// # Errors
+/// As [`record`].
+pub fn record_told(
+    office: &Office,
+    name: &str,
+    frames: usize,
+    seed: u64,
+    progress: &Progress,
+) -> Result<Dataset, OfficeError> {
+    progress.expect(frames.saturating_mul(2));
+    Ok(record_with_earlier(office, name, frames, seed, 0, progress)?.0)
 }
 
 /// Where a picture of a recording was taken, and what the camera saw before.
@@ -128,12 +146,13 @@ fn record_with_earlier(
     frames: usize,
     seed: u64,
     before: usize,
+    progress: &Progress,
 ) -> Result<(Dataset, Vec<Earlier>), OfficeError> {
     if !(1..=10_000).contains(&frames) {
         return Err(OfficeError::Frames(frames));
     }
     let mut grabber = office.grabber(seed);
-    let taken = shots_and_before(office, frames, seed, &mut grabber, before);
+    let taken = shots_and_before(office, frames, seed, &mut grabber, before, progress);
     let columns: Vec<u32> = office.setup().labelled().collect();
     let develop = |shot: &Shot| grabber.develop(&shot.moment(office), &shot.exposure);
     // what each picture depends on is known: the order in which they are made does not matter
@@ -145,6 +164,7 @@ fn record_with_earlier(
             let labels = shot.moment(office).labels(&shot.place, columns.iter().copied());
             let frames = before.iter().map(|shot| (shot.place, develop(shot))).collect();
             let image = NamedImage { name: format!("{name}_{i:04}.png"), pixels: develop(shot) };
+            progress.step();
             Some((image, labels, Earlier { place: shot.place, frames }))
         })
         .collect();
@@ -215,6 +235,16 @@ enum Which {
     Changed(u64),
 }
 
+impl Which {
+    fn new(building: Option<u64>, changed: bool) -> Which {
+        match (building, changed) {
+            (None, false) => Which::Training,
+            (Some(seed), false) => Which::Elsewhere(seed),
+            (seed, true) => Which::Changed(seed.unwrap_or(1)),
+        }
+    }
+}
+
 impl World {
     /// The set to train on: 69 pictures of `nsh`, 71 of `fmrb`, 70 of both for `combined`; six columns in each.
     pub fn training(self) -> Dataset {
@@ -243,7 +273,21 @@ impl World {
         changed: bool,
         frames: Option<usize>,
     ) -> Result<Dataset, OfficeError> {
-        Ok(self.recorded_with_earlier(building, changed, frames, 0)?.0)
+        self.recorded_told(building, changed, frames, &Progress::default())
+    }
+
+    /// The same; meanwhile one can see how far it is, as by [`record_told`].
+    ///
+    /// # Errors
+    /// As [`World::recorded`].
+    pub fn recorded_told(
+        self,
+        building: Option<u64>,
+        changed: bool,
+        frames: Option<usize>,
+        progress: &Progress,
+    ) -> Result<Dataset, OfficeError> {
+        Ok(self.set_with_earlier(Which::new(building, changed), frames, 0, progress)?.0)
     }
 
     /// The same, and for each picture up to so many of the frames that the camera saw before it (at most 29, for there is
@@ -258,16 +302,11 @@ impl World {
         frames: Option<usize>,
         before: usize,
     ) -> Result<(Dataset, Vec<Earlier>), OfficeError> {
-        let which = match (building, changed) {
-            (None, false) => Which::Training,
-            (Some(seed), false) => Which::Elsewhere(seed),
-            (seed, true) => Which::Changed(seed.unwrap_or(1)),
-        };
-        self.set_with_earlier(which, frames, before)
+        self.set_with_earlier(Which::new(building, changed), frames, before, &Progress::default())
     }
 
     fn set(self, which: Which, frames: Option<usize>) -> Result<Dataset, OfficeError> {
-        Ok(self.set_with_earlier(which, frames, 0)?.0)
+        Ok(self.set_with_earlier(which, frames, 0, &Progress::default())?.0)
     }
 
     fn set_with_earlier(
@@ -275,7 +314,14 @@ impl World {
         which: Which,
         frames: Option<usize>,
         before: usize,
+        progress: &Progress,
     ) -> Result<(Dataset, Vec<Earlier>), OfficeError> {
+        let kinds: &[Kind] = match self {
+            World::Nsh => &[Kind::Nsh],
+            World::Fmrb => &[Kind::Fmrb],
+            World::Combined => &Kind::ALL,
+        };
+        kinds.iter().for_each(|kind| progress.expect(frames.unwrap_or(kind.frames()).saturating_mul(2)));
         let drive = |kind: Kind| {
             let frames = frames.unwrap_or(kind.frames());
             let own = match kind {
@@ -290,7 +336,8 @@ impl World {
                 }
             };
             let building = if matches!(which, Which::Training) { 0 } else { seed };
-            record_with_earlier(&Office::build(&plan, &setup, building)?, kind.name(), frames, seed, before)
+            let office = Office::build(&plan, &setup, building)?;
+            record_with_earlier(&office, kind.name(), frames, seed, before, progress)
         };
         match self {
             World::Nsh => drive(Kind::Nsh),
