@@ -154,16 +154,8 @@ fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliErro
             format!("{name}: {why}").chars().map(|c| if c.is_control() { '?' } else { c }).collect();
         eprintln!("note: left out: {shown}");
     }
-    let turned: Vec<&str> = session.turned().collect();
-    if let Some(first) = turned.first() {
-        let images = count(turned.len() as u64, "image");
-        eprintln!(
-            "note: {images} with an orientation tag, {} the first: shown and labelled as stored, not as viewers turn them",
-            printable(Path::new(first))
-        );
-    }
-    if let Some(deeper) = session.in_subfolders() {
-        eprintln!("note: {deeper}; label such a folder by itself, or move them up");
+    for note in session.notes() {
+        eprintln!("note: {note}");
     }
     output::print(&format!(
         "{}: {} of {width} x {height} pixels, {}; {} of {} made\nOpen {address}\n\

@@ -114,12 +114,8 @@ impl Source {
     }
 
     /// The office that a robot can drive in; of pictures of two buildings, that of the paper's drives.
-    pub(crate) fn office(&self) -> Option<&'static str> {
-        match self {
-            Source::World(Recorded { name: World::Nsh, .. }) => Some("nsh"),
-            Source::World(Recorded { name: World::Fmrb | World::Combined, .. }) => Some("fmrb"),
-            Source::Folder(_) | Source::Synthetic(_) => None,
-        }
+    pub(crate) fn office(&self) -> Option<World> {
+        self.world_name().map(|world| if world == World::Combined { World::Fmrb } else { world })
     }
 
     /// The world, if the pictures are of one.

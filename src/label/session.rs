@@ -153,6 +153,24 @@ impl Session {
         self.pictures.iter().filter(|picture| picture.turned).map(|picture| picture.name.as_str())
     }
 
+    /// What whoever labels should know of the folder, in sentences.
+    pub fn notes(&self) -> Vec<String> {
+        let mut turned = self.turned();
+        let turned = turned.next().map(|first| {
+            let images = match 1 + turned.count() {
+                1 => "1 image".to_string(),
+                more => format!("{more} images"),
+            };
+            let first: String = first.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+            format!(
+                "{images} with an orientation tag, {first} the first: shown and labelled as stored, not as viewers turn them"
+            )
+        });
+        let deeper = self.in_subfolders.as_ref();
+        let deeper = deeper.map(|deeper| format!("{deeper}; label such a folder by itself, or move them up"));
+        turned.into_iter().chain(deeper).collect()
+    }
+
     /// Width and height of every image.
     pub fn size(&self) -> (u32, u32) {
         self.size

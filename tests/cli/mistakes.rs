@@ -1,6 +1,9 @@
 //! Slips of a person: the wrong name for an output, a folder instead of a program, data that have changed. None of them
 //! costs anything, and each is told with what to do.
 
+use std::io::{BufRead, BufReader};
+use std::process::Stdio;
+
 use image::GrayImage;
 use serde_json::{Value, json};
 
@@ -208,6 +211,12 @@ fn photographs_that_viewers_turn_are_not_imported() {
     place.write("photos/labels.csv", "image,x,y\na.jpg,5,20\n");
     let said = place.ok(&["data", "check", "photos"]);
     assert!(said.contains("1 image(s) with an orientation tag, a.jpg the first"), "{said}");
+    let mut label = place.command(&["label", "photos"]);
+    let mut label = label.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("started");
+    let mut note = String::new();
+    BufReader::new(label.stderr.take().expect("piped")).read_line(&mut note).expect("UTF-8");
+    label.kill().and_then(|()| label.wait()).expect("it ends");
+    assert!(note.starts_with("note: 1 image with an orientation tag, a.jpg the first"), "{note}");
     place.write("photos/a.jpg", photo(1));
     assert!(!place.ok(&["data", "check", "photos"]).contains("orientation"));
     place.ok(&[&masks[..], &["m"]].concat());

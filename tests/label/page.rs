@@ -24,6 +24,36 @@ pub(crate) fn place(browser: &Browser, x: f64, y: f64) -> (i64, i64) {
 }
 
 #[test]
+fn what_the_command_notes_stands_on_the_page() {
+    if !is_there() {
+        return;
+    }
+    let dir = images(2);
+    std::fs::create_dir(below(&dir, "deeper")).expect("writable");
+    std::fs::copy(below(&dir, "frame_1.png"), below(&dir, "deeper/a.png")).expect("writable");
+    std::fs::write(below(&dir, "broken.png"), "no image").expect("writable");
+    let served = Label::start(dir.path(), &[]);
+    let browser = Browser::start(Screen::Desktop);
+    browser.open(served.address());
+    let shown = |id: &str| {
+        let text = browser.get(&format!("document.getElementById('{id}').innerText"));
+        text.as_str().unwrap_or_default().to_string()
+    };
+    assert!(
+        shown("notes").contains("1 image in a subfolder (deeper) is not looked at"),
+        "{}",
+        shown("notes")
+    );
+    assert!(shown("left-out").contains("broken.png: "), "{}", shown("left-out"));
+    std::fs::remove_dir_all(below(&dir, "deeper")).expect("removable");
+    std::fs::remove_file(below(&dir, "broken.png")).expect("removable");
+    drop(served);
+    let served = Label::start(dir.path(), &[]);
+    browser.open(served.address());
+    assert_eq!(browser.get("['notes', 'left-out'].every((id) => document.getElementById(id).hidden)"), true);
+}
+
+#[test]
 fn by_keyboard_alone() {
     if !is_there() {
         return;

@@ -237,14 +237,20 @@ async function begin() {
     button.addEventListener("click", (event) => { choose(i); if (event.detail > 0) button.blur(); });
     return button;
   }));
-  $("left-out").hidden = !session.left_out.length;
-  $("left-out").lastElementChild.replaceChildren(...session.left_out.map(({ name: file, why }) =>
-    Object.assign(document.createElement("li"), { textContent: `${file}: ${why}` })));
+  list("notes", session.notes);
+  list("left-out", session.left_out.map(({ name: file, why }) => `${file}: ${why}`));
   view.resize(session.width, session.height);
   const asked = Number(location.hash.slice(1)) - 1;
   if (session.images[asked]) show(asked);
   else if (!firstGap()) show(0);
   document.body.dataset.ready = "true";
+}
+
+/// Shows a heading and lines below it, if there are lines.
+function list(id, lines) {
+  $(id).hidden = !lines.length;
+  $(id).lastElementChild.replaceChildren(...lines.map((text) =>
+    Object.assign(document.createElement("li"), { textContent: text })));
 }
 
 marks.addEventListener("change", ({ detail: files }) => {
