@@ -4,11 +4,12 @@ use std::sync::atomic::AtomicBool;
 
 use image::GrayImage;
 use rayon::prelude::*;
+use vsonar::dataset::spread;
 use vsonar::detector::{DetectError, Detector};
 use vsonar::drive::map;
 use vsonar::drive::run::{End, Run, Settings, drive};
 use vsonar::drive::sonar::Sonar;
-use vsonar::drive::source::{Camera, RangeSource, spread};
+use vsonar::drive::source::{Camera, RangeSource};
 use vsonar::drive::summary::Summary;
 use vsonar::drive::video::Video;
 use vsonar::frames::{Frame, FrameSource, y4m};

@@ -4,7 +4,7 @@ use vsonar::dataset::{Constants, Dataset, TOLERANCE};
 use vsonar::world::camera::Pose;
 use vsonar::world::geometry::{Geometry, Outline, Ray, Surface, Vec3};
 use vsonar::world::render::Scene;
-use vsonar::world::{Corridor, CorridorError, FRAMES, default_dataset};
+use vsonar::world::{Corridor, FRAMES, SetupError, default_dataset};
 
 fn small() -> Corridor {
     Corridor { width: 64, height: 48, ..Corridor::default() }
@@ -156,11 +156,11 @@ fn the_digitizer_leaves_no_value_below_32_but_16() {
 #[test]
 fn bad_settings_are_errors() {
     let fails = |corridor: Corridor, frames| corridor.render(1, frames).unwrap_err();
-    assert!(matches!(fails(Corridor { width: 15, ..small() }, 1), CorridorError::Size { .. }));
-    assert!(matches!(fails(Corridor { height: 5000, ..small() }, 1), CorridorError::Size { .. }));
-    assert!(matches!(fails(Corridor { columns: 0, ..small() }, 1), CorridorError::Columns { .. }));
-    assert!(matches!(fails(Corridor { columns: 65, ..small() }, 1), CorridorError::Columns { .. }));
-    assert!(matches!(fails(small(), 0), CorridorError::Frames(0)));
+    assert!(matches!(fails(Corridor { width: 15, ..small() }, 1), SetupError::Size { .. }));
+    assert!(matches!(fails(Corridor { height: 5000, ..small() }, 1), SetupError::Size { .. }));
+    assert!(matches!(fails(Corridor { columns: 0, ..small() }, 1), SetupError::Columns { .. }));
+    assert!(matches!(fails(Corridor { columns: 65, ..small() }, 1), SetupError::Columns { .. }));
+    assert!(matches!(fails(small(), 0), SetupError::Frames(0)));
     let error = fails(Corridor { pitch: f64::NAN, ..small() }, 1);
     assert!(error.to_string().contains("pitch"), "{error}");
     // every column can be labelled

@@ -1,5 +1,7 @@
 //! The columns that `vsonar run` asks about.
 
+use vsonar::dataset::spread;
+
 use super::CliError;
 
 /// The columns asked for.
@@ -31,10 +33,7 @@ impl Columns {
                     format!("--columns: {n} are more than the frames have, which are {width} pixels wide");
                 return Err(CliError::Usage(text));
             }
-            Columns::Spread(n) => {
-                let (n, width) = (u64::from(*n), u64::from(width));
-                (0..n).map(|i| ((2 * i + 1) * width / (2 * n)) as u32).collect()
-            }
+            Columns::Spread(n) => spread(*n, width),
             Columns::These(columns) => columns.clone(),
         };
         match columns.iter().find(|&&column| column >= width) {

@@ -184,9 +184,3 @@ impl RangeSource for Camera {
         Some(&self.rows)
     }
 }
-
-/// So many columns of pictures of this width, in the middle of equal parts.
-pub fn spread(columns: u32, width: u32) -> Vec<u32> {
-    let (n, width) = (u64::from(columns), u64::from(width));
-    (0..n).map(|i| ((2 * i + 1) * width / (2 * n)) as u32).collect()
-}

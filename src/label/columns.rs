@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::mark::Marks;
+use crate::dataset::spread;
 
 /// Which columns are to be marked in every image.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,16 +20,12 @@ pub enum Columns {
 impl Columns {
     /// The columns of images of this width, ascending, none of them twice; `kept` are those last asked for.
     pub(super) fn of(&self, width: u32, kept: Option<Vec<u32>>, marks: &Marks) -> Result<Vec<u32>, String> {
-        let spread = |n: u32| {
-            let (n, width) = (u64::from(n), u64::from(width));
-            (0..n).map(|i| ((2 * i + 1) * width / (2 * n)) as u32).collect::<Vec<_>>()
-        };
         let mut columns = match self {
             Columns::Spread(n) | Columns::AsBefore(n) if *n > width || *n == 0 => {
                 let text = format!("{n} columns: the images have {width}");
                 return Err(text);
             }
-            Columns::Spread(n) => spread(*n),
+            Columns::Spread(n) => spread(*n, width),
             Columns::These(columns) => {
                 let twice = (1..columns.len()).find(|&i| columns[..i].contains(&columns[i]));
                 if let Some(i) = twice {
@@ -40,7 +37,7 @@ impl Columns {
                 // A few marks do not tell which columns were asked for: the rest of them may be still to come.
                 let kept = kept.filter(|kept| !kept.is_empty() && kept.iter().all(|x| *x < width));
                 let before = kept.unwrap_or_else(|| used(marks));
-                if before.is_empty() { spread(*n) } else { before }
+                if before.is_empty() { spread(*n, width) } else { before }
             }
         };
         columns.sort_unstable();

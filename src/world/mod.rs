@@ -19,7 +19,7 @@
 //! assert_eq!((set.images().len(), set.cases().len()), (3, 12));
 //! assert_eq!(set.images()[2].name, "corridor_0002.png");
 //! assert_eq!(set.fingerprint(), small.render(1, 3)?.fingerprint());
-//! # Ok::<(), vsonar::world::CorridorError>(())
+//! # Ok::<(), vsonar::world::SetupError>(())
 //! ```
 
 use rayon::prelude::*;
@@ -29,6 +29,8 @@ use crate::dataset::{Case, Dataset, NamedImage};
 use camera::Lens;
 pub use progress::Progress;
 use render::Scene;
+pub use setup_error::SetupError;
+use setup_error::{check_frames, check_settings, check_size, labelled};
 
 pub mod building;
 pub mod camera;
@@ -40,6 +42,7 @@ mod outline;
 mod path;
 mod progress;
 pub mod render;
+mod setup_error;
 pub mod texture;
 
 /// Frames of the default set.
@@ -95,41 +98,8 @@ impl Default for Corridor {
     }
 }
 
-/// Why a corridor cannot be rendered.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum CorridorError {
-    /// The pictures are too small or too large.
-    #[error("pictures of {width}x{height} pixels cannot be rendered; choose 16x16 to 4096x4096")]
-    Size {
-        /// The width asked for.
-        width: u32,
-        /// The height asked for.
-        height: u32,
-    },
-    /// No columns, or more than there are pixels.
-    #[error("{columns} columns do not fit in pictures {width} pixels wide; choose 1 to {width}")]
-    Columns {
-        /// The columns asked for.
-        columns: u32,
-        /// The width asked for.
-        width: u32,
-    },
-    /// No frames, or more than names are made for.
-    #[error("{0} frames cannot be rendered; choose 1 to 10000")]
-    Frames(usize),
-    /// A setting is not a number or out of its range.
-    #[error("the setting {name} is {value}; choose {low} to {high}")]
-    Setting {
-        /// Its name.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// The least value allowed.
-        low: f64,
-        /// The largest value allowed.
-        high: f64,
-    },
-}
+/// The largest side of a picture, in pixels.
+const LARGEST: u32 = 4096;
 
 impl Corridor {
     /// The same building seen by a calibrated camera.
@@ -149,7 +119,7 @@ impl Corridor {
     ///
     /// # Errors
     /// If a setting is out of its range.
-    pub fn render(&self, seed: u64, frames: usize) -> Result<Dataset, CorridorError> {
+    pub fn render(&self, seed: u64, frames: usize) -> Result<Dataset, SetupError> {
         self.render_told(seed, frames, &Progress::default())
     }
 
@@ -157,12 +127,7 @@ impl Corridor {
     ///
     /// # Errors
     /// As [`Corridor::render`].
-    pub fn render_told(
-        &self,
-        seed: u64,
-        frames: usize,
-        progress: &Progress,
-    ) -> Result<Dataset, CorridorError> {
+    pub fn render_told(&self, seed: u64, frames: usize, progress: &Progress) -> Result<Dataset, SetupError> {
         self.check(frames)?;
         progress.expect(frames);
         let scene = Scene::new(self, seed);
@@ -185,8 +150,7 @@ impl Corridor {
 
     /// The labelled columns.
     pub fn labelled(&self) -> impl Iterator<Item = u32> + use<> {
-        let (width, columns) = (u64::from(self.width), u64::from(self.columns));
-        (0..columns).map(move |i| ((2 * (2 * i + 1) * width + 2 * columns - 1) / (4 * columns)) as u32)
+        labelled(self.width, self.columns)
     }
 
     fn lens(&self) -> Lens {
@@ -194,19 +158,11 @@ impl Corridor {
         Lens { width, height, field_of_view, distortion }
     }
 
-    fn check(&self, frames: usize) -> Result<(), CorridorError> {
-        let (width, height, columns) = (self.width, self.height, self.columns);
-        if !(16..=4096).contains(&width) || !(16..=4096).contains(&height) {
-            return Err(CorridorError::Size { width, height });
-        }
-        if !(1..=width).contains(&columns) {
-            return Err(CorridorError::Columns { columns, width });
-        }
-        if !(1..=10_000).contains(&frames) {
-            return Err(CorridorError::Frames(frames));
-        }
-        let most = Camera::distortion_limit(width, height);
-        let settings = [
+    fn check(&self, frames: usize) -> Result<(), SetupError> {
+        check_size(self.width, self.height, LARGEST, self.columns)?;
+        check_frames(frames)?;
+        let most = Camera::distortion_limit(self.width, self.height);
+        check_settings([
             ("distortion", self.distortion, -most, most),
             ("field_of_view", self.field_of_view, 0.1, 3.0),
             ("pitch", self.pitch, 0.0, 1.5),
@@ -215,13 +171,7 @@ impl Corridor {
             ("softness", self.softness, 0.0, 1.0),
             ("noise", self.noise, 0.0, 255.0),
             ("interlace", self.interlace, 0.0, 255.0),
-        ];
-        for (name, value, low, high) in settings {
-            if !(low..=high).contains(&value) {
-                return Err(CorridorError::Setting { name, value, low, high });
-            }
-        }
-        Ok(())
+        ])
     }
 }
 

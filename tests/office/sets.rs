@@ -1,7 +1,8 @@
 //! The data sets: what the paper tells of its own holds for them too.
 
 use vsonar::dataset::{Constants, Dataset, TOLERANCE};
-use vsonar::world::office::{Kind, Office, OfficeError, Setup, World, drive, record};
+use vsonar::world::SetupError;
+use vsonar::world::office::{Kind, Office, Setup, World, drive, record};
 
 fn small() -> Setup {
     Setup { width: 64, height: 48, ..Setup::default() }
@@ -110,7 +111,7 @@ fn other_buildings_are_other_sets() {
     }
     assert_eq!(set(None, true).fingerprint(), all[3].fingerprint());
     assert_eq!(World::Combined.recorded(Some(1), false, few).unwrap().images().len(), 3);
-    assert_eq!(World::Nsh.recorded(None, false, Some(0)), Err(OfficeError::Frames(0)));
+    assert_eq!(World::Nsh.recorded(None, false, Some(0)), Err(SetupError::Frames(0).into()));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! What is seen from a place: labels, distances, exposure.
 
 use vsonar::camera::Camera;
+use vsonar::world::SetupError;
 use vsonar::world::geometry::Outline;
 use vsonar::world::office::{
     ItemKind, Kind, Moment, Office, OfficeError, Part, Place, Plan, Setup, Thing, drive,
@@ -182,9 +183,18 @@ fn the_robot_casts_a_shadow() {
 #[test]
 fn bad_settings_are_errors() {
     let fails = |setup: Setup| Office::build(&Kind::Nsh.plan(), &setup, 1).unwrap_err();
-    assert!(matches!(fails(Setup { width: 15, ..Setup::default() }), OfficeError::Size { .. }));
-    assert!(matches!(fails(Setup { height: 5000, ..Setup::default() }), OfficeError::Size { .. }));
-    assert!(matches!(fails(Setup { columns: 0, ..Setup::default() }), OfficeError::Columns { .. }));
+    assert!(matches!(
+        fails(Setup { width: 15, ..Setup::default() }),
+        OfficeError::Setup(SetupError::Size { .. })
+    ));
+    assert!(matches!(
+        fails(Setup { height: 5000, ..Setup::default() }),
+        OfficeError::Setup(SetupError::Size { .. })
+    ));
+    assert!(matches!(
+        fails(Setup { columns: 0, ..Setup::default() }),
+        OfficeError::Setup(SetupError::Columns { .. })
+    ));
     let error = fails(Setup { noise: f64::NAN, ..Setup::default() });
     assert!(error.to_string().contains("noise"), "{error}");
     let bad = Plan { wall: 7.0, ..Kind::Nsh.plan() };

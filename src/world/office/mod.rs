@@ -22,6 +22,7 @@
 use std::sync::Arc;
 
 use crate::camera::Camera;
+use crate::world::SetupError;
 use crate::world::geometry::{Room, Solid, Vec3, Wall};
 use crate::world::noise::{Stream, hash};
 use carpet::Carpet;
@@ -89,37 +90,9 @@ pub struct Place {
 /// Why an office cannot be built or recorded.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum OfficeError {
-    /// The pictures are too small or too large.
-    #[error("pictures of {width}x{height} pixels cannot be rendered; choose 16x16 to 2048x2048")]
-    Size {
-        /// The width asked for.
-        width: u32,
-        /// The height asked for.
-        height: u32,
-    },
-    /// No columns, or more than there are pixels.
-    #[error("{columns} columns do not fit in pictures {width} pixels wide; choose 1 to {width}")]
-    Columns {
-        /// The columns asked for.
-        columns: u32,
-        /// The width asked for.
-        width: u32,
-    },
-    /// No frames, or more than names are made for.
-    #[error("{0} frames cannot be recorded; choose 1 to 10000")]
-    Frames(usize),
-    /// A setting is not a number or out of its range.
-    #[error("the setting {name} is {value}; choose {low} to {high}")]
-    Setting {
-        /// Its name.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// The least value allowed.
-        low: f64,
-        /// The largest value allowed.
-        high: f64,
-    },
+    /// The pictures cannot be rendered.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
     /// The plan is none.
     #[error("the plan, printed: {0}")]
     Plan(#[from] PlanError),

@@ -13,6 +13,7 @@ use super::{FRAME_RATE, Kind, Moment, Office, OfficeError, Place, Plan, Setup};
 use crate::camera::Camera;
 use crate::dataset::{Case, Dataset, NamedImage};
 use crate::world::Progress;
+use crate::world::setup_error::check_frames;
 
 /// Frames of the camera from one recorded picture to the next.
 const EVERY: usize = 30;
@@ -148,9 +149,7 @@ fn record_with_earlier(
     before: usize,
     progress: &Progress,
 ) -> Result<(Dataset, Vec<Earlier>), OfficeError> {
-    if !(1..=10_000).contains(&frames) {
-        return Err(OfficeError::Frames(frames));
-    }
+    check_frames(frames)?;
     let mut grabber = office.grabber(seed);
     let taken = shots_and_before(office, frames, seed, &mut grabber, before, progress);
     let columns: Vec<u32> = office.setup().labelled().collect();

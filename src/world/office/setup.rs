@@ -1,9 +1,12 @@
 //! The camera and the frame grabber, as settings.
 
-use super::OfficeError;
 use crate::camera::Camera;
 use crate::world::camera::Lens;
 use crate::world::noise::Stream;
+use crate::world::setup_error::{SetupError, check_settings, check_size, labelled};
+
+/// The largest side of a picture, in pixels.
+const LARGEST: u32 = 2048;
 
 /// Settings of the camera and of the frame grabber behind it. The default is that of the original robot.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,8 +87,7 @@ impl Setup {
 
     /// The labelled columns.
     pub fn labelled(&self) -> impl Iterator<Item = u32> + use<> {
-        let (width, columns) = (u64::from(self.width), u64::from(self.columns));
-        (0..columns).map(move |i| ((2 * (2 * i + 1) * width + 2 * columns - 1) / (4 * columns)) as u32)
+        labelled(self.width, self.columns)
     }
 
     pub(super) fn lens(&self) -> Lens {
@@ -96,16 +98,10 @@ impl Setup {
     ///
     /// # Errors
     /// The first that is not.
-    pub fn check(&self) -> Result<(), OfficeError> {
-        let (width, height, columns) = (self.width, self.height, self.columns);
-        if !(16..=2048).contains(&width) || !(16..=2048).contains(&height) {
-            return Err(OfficeError::Size { width, height });
-        }
-        if !(1..=width).contains(&columns) {
-            return Err(OfficeError::Columns { columns, width });
-        }
-        let most = Camera::distortion_limit(width, height);
-        let settings = [
+    pub fn check(&self) -> Result<(), SetupError> {
+        check_size(self.width, self.height, LARGEST, self.columns)?;
+        let most = Camera::distortion_limit(self.width, self.height);
+        check_settings([
             ("camera.distortion", self.camera.distortion, -most, most),
             ("camera.field_of_view", self.camera.field_of_view, 6.0, 170.0),
             ("camera.pitch", self.camera.pitch, 0.0, 85.0),
@@ -117,10 +113,6 @@ impl Setup {
             ("softness", self.softness, 0.0, 1.0),
             ("noise", self.noise, 0.0, 255.0),
             ("interlace", self.interlace, 0.0, 255.0),
-        ];
-        match settings.into_iter().find(|(_, value, low, high)| !(*low..=*high).contains(value)) {
-            Some((name, value, low, high)) => Err(OfficeError::Setting { name, value, low, high }),
-            None => Ok(()),
-        }
+        ])
     }
 }
