@@ -2,7 +2,9 @@
 //!
 //! The paper that this project follows names three that look for the lowest obstacle in a column; they are here with the
 //! two that anybody would try first. Every one has a small grid of settings, documented with it, and is tuned by the
-//! fitness on training cases alone: they get what an evolved detector gets, no more and no less.
+//! fitness on training cases alone. Of these they can be given what evolution has, altered copies of the images
+//! included ([`Variation::grow`](crate::dataset::Variation::grow)); what they do not get is a second set that chooses
+//! among several winners, for a grid has one.
 //!
 //! | rival | floor is | source |
 //! |---|---|---|
@@ -109,8 +111,14 @@ impl Rival {
         }
     }
 
+    /// Whether its answers depend on the frames before: such a one is to be tuned on images in their order, without
+    /// altered copies.
+    pub const fn remembers(self) -> bool {
+        matches!(self, Rival::Ulrich)
+    }
+
     /// The best of its grid on these cases, an answer being correct within `tolerance` rows. It is for images of the
-    /// set's size. Without altered copies: what remembers frames needs them in their order.
+    /// set's size.
     ///
     /// It runs on rayon's pool; the result does not depend on the number of threads.
     pub fn tune(self, set: &Dataset, tolerance: f64) -> Tuned {

@@ -18,6 +18,7 @@ use super::executor::{answers, with_stack};
 use super::output::{self, count, percent};
 use super::part::Part;
 use super::table::Table;
+use super::tuning::Copies;
 
 /// Which rivals.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -55,6 +56,8 @@ pub(super) struct Comparison<'a> {
     /// What all are tested on.
     pub(super) test: &'a Named,
     pub(super) tolerance: f64,
+    /// The altered copies that the rivals are tuned on too.
+    pub(super) copies: Copies,
 }
 
 /// A detector on one part of the data.
@@ -91,6 +94,8 @@ struct Report {
     tuned_on: String,
     /// Whether that is the training part of the program's run.
     own_training: bool,
+    /// Altered copies of each of these images, on which rivals are tuned too that do not remember frames.
+    altered_copies: u32,
     tested_on: String,
     tolerance: f64,
     /// Whether test and training are the same cases.
@@ -145,8 +150,9 @@ fn report(comparison: &Comparison, rivals: &Rivals) -> Result<Report, CliError> 
     if let Some((_, individual)) = comparison.program {
         detectors.push(Row::evolved(individual, comparison)?);
     }
+    let tuner = comparison.copies.tuner(train, comparison.tolerance);
     for &rival in &rivals.0 {
-        let mut tuned = rival.tune(train, comparison.tolerance);
+        let mut tuned = tuner.tune(rival);
         let scored = |detector: &mut dyn SequenceDetector, set| -> Result<Scored, CliError> {
             let answers = vsonar::baseline::answers(detector, set)?;
             Ok(Scored::of(set, &answers, comparison.tolerance))
@@ -172,6 +178,7 @@ fn report(comparison: &Comparison, rivals: &Rivals) -> Result<Report, CliError> 
         program: comparison.program.map(|(path, _)| path.to_path_buf()),
         tuned_on: comparison.train.name.clone(),
         own_training: comparison.own_training,
+        altered_copies: comparison.copies.per_image(),
         tested_on: comparison.test.name.clone(),
         tolerance: comparison.tolerance,
         same: train.fingerprint() == test.fingerprint(),
@@ -262,7 +269,7 @@ impl SequenceDetector for Timed<'_> {
 
 /// What is said below the table.
 const NOTE: &str = "\
-Rivals are tuned on the cases of the first column of numbers alone. 95 %: bootstrap interval over stretches of five
+Rivals are tuned on the images of the first column of numbers alone. 95 %: bootstrap interval over stretches of five
 images. Median of 3: the fitness if each answer is the median of this frame's and the last two's. One frame: share of
 the errors that are gone in the next labelled frame of the column, those in the last frame of a sequence left out, for
 they have no next one; longest: most frames in a row. Time: the labelled columns of an image.";
@@ -272,11 +279,12 @@ fn text(report: &Report) -> String {
     // Writing to a string cannot fail.
     let _ = writeln!(
         out,
-        "Tested on {}, {}, within {} rows; tuned on {}",
+        "Tested on {}, {}, within {} rows; tuned on {}{}",
         report.tested_on,
         count(report.test_images as u64, "image"),
         report.tolerance,
-        report.tuned_on
+        report.tuned_on,
+        Copies::words(report.altered_copies)
     );
     let _ = match (report.same, report.shared_images) {
         (true, _) => writeln!(out, "These are the same cases: nothing here is held out.\n"),

@@ -39,6 +39,22 @@ impl Cases {
         self.guarded().into_iter().filter_map(move |(name, _, set)| Some((name.to_string(), of(set?))))
     }
 
+    /// Whether no two parts are the same cases, for then one would tell nothing of the other.
+    pub(crate) fn check_apart(&self) -> Result<(), CliError> {
+        let mut known: Vec<(&str, u64)> = Vec::new();
+        for (_, what, set) in self.guarded() {
+            let Some(fingerprint) = set.map(Dataset::fingerprint) else { continue };
+            if let Some((other, _)) = known.iter().find(|(_, other)| *other == fingerprint) {
+                return Err(CliError::Failed(format!(
+                    "the {what} data are the {other} data, case for case, and would say nothing of other images; give other \
+                     images, or a part of these (`--holdout 20%`, `--validation 20%`)"
+                )));
+            }
+            known.push((what, fingerprint));
+        }
+        Ok(())
+    }
+
     /// Whether the cases are those that the table `[data]` of a run folder was made with. What an earlier release did
     /// not record is not held against them.
     pub(crate) fn check(&self, table: &toml::Table, run: &Path) -> Result<(), CliError> {

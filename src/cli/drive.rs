@@ -15,7 +15,7 @@ use vsonar::drive::video::Video;
 use vsonar::ir::opt;
 use vsonar::world::office::{FRAME_RATE, Kind, Office, World};
 
-use super::drive_scores::Sets;
+use super::drive_scores::{Sets, own_world};
 use super::drive_sensor::{Against, Building, Others, Sensor, kind};
 use super::drive_tables::{Report, SensorReport, Timing, line, text};
 use super::drive_view::{Ended, Meter};
@@ -49,10 +49,11 @@ program is the sensor `program`.";
 pub(crate) struct Args {
     /// The program, .gp or .vir; or a run folder, for its best one
     program: PathBuf,
-    /// The building: fmrb or nsh
-    #[arg(long, value_name = "NAME", default_value = "fmrb", value_parser = kind)]
-    world: Kind,
-    /// Another building of this kind than the one that `evolve --world` trains in
+    /// The building: fmrb or nsh [default: nsh for a run that was made in it, else fmrb]
+    #[arg(long, value_name = "NAME", value_parser = kind)]
+    world: Option<Kind>,
+    /// Another building of this kind than the one that `evolve --world` trains in; by default 1 chooses its winner and 2 is
+    /// held out [default: the building trained on; with --changed 3]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Another building with things that training did not show, seen by a camera of another pitch, height and exposure
@@ -112,12 +113,18 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
         pool.map_err(|e| CliError::Failed(format!("cannot start threads: {e}; ask for fewer `--threads`")))?;
     }
-    let building = Building { kind: args.world, seed: args.seed, changed: args.changed };
+    let world = match args.world {
+        Some(world) => world,
+        None => {
+            own_world(&args.program)?.filter(|world| *world == World::Nsh).map_or(Kind::Fmrb, |_| Kind::Nsh)
+        }
+    };
+    let building = Building { kind: world, seed: args.seed, changed: args.changed };
     let office = building.office()?;
     let columns = args.columns.of(office.size().0)?;
     let program_file = super::program::file(&args.program)?;
     let mut sensors = vec![program(&program_file, &office)?];
-    let sets = args.against.is_some().then(|| Sets::choose(&args.program, args.world, args.tune_on));
+    let sets = args.against.is_some().then(|| Sets::choose(&args.program, world, args.tune_on));
     let sets = sets.transpose()?;
     if let Some(sets) = &sets {
         sensors.extend(others(args.against.clone().unwrap_or_default(), sets)?);
@@ -155,7 +162,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         vsonar: env!("CARGO_PKG_VERSION"),
         building: building.describe(),
         program: program_file,
-        world: args.world.name(),
+        world: world.name(),
         seed: building.effective_seed(),
         changed: args.changed,
         columns,
@@ -198,13 +205,12 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 
 /// What the program is held against, tuned where it is to be tuned.
 fn others(asked: Others, sets: &Sets) -> Result<Vec<Sensor>, CliError> {
+    let tuner = sets.copies.tuner(&sets.training, sets.tuned_on.tolerance);
     let sensor = |one: Against| {
         Ok(match one {
             Against::Sonar => Sensor::Sonar,
             Against::Truth => Sensor::Truth,
-            Against::Rival(rival) => {
-                Sensor::Rival(Box::new(rival.tune(&sets.training, sets.tuned_on.tolerance)))
-            }
+            Against::Rival(rival) => Sensor::Rival(Box::new(tuner.tune(rival))),
             Against::Flow => sets.flow()?,
         })
     };

@@ -16,6 +16,7 @@ use super::eval_cases::run_of;
 use super::settings::SettingsFile;
 use super::source::Source;
 use super::source_made::Recorded;
+use super::tuning::Copies;
 
 /// Which images, and what counts as correct.
 #[derive(Debug, Clone, Serialize)]
@@ -30,6 +31,8 @@ pub(crate) struct TunedOn {
     pub(crate) tolerance: f64,
     /// Whether that is what the program was evolved on.
     pub(crate) as_the_program: bool,
+    /// Altered copies of each image, on which rivals are tuned too that do not remember frames.
+    pub(crate) altered_copies: u32,
 }
 
 /// The images themselves.
@@ -37,6 +40,8 @@ pub(crate) struct Sets {
     pub(crate) tuned_on: TunedOn,
     pub(crate) training: Dataset,
     pub(crate) held_out: Dataset,
+    /// Copies that the run of the program has of its training images.
+    pub(crate) copies: Copies,
     /// Where they are from.
     recorded: Recorded,
 }
@@ -50,14 +55,23 @@ pub(crate) struct Scores {
     pub(crate) held_out: f64,
 }
 
+/// The world that the program's run was made in, if it is of a run and was made in one.
+pub(crate) fn own_world(program: &Path) -> Result<Option<World>, CliError> {
+    let Some(run) = run_of(program) else { return Ok(None) };
+    let file = SettingsFile::read(&run.join("settings.toml"))?;
+    Ok(Source::from_table(&file.data().cloned().unwrap_or_default(), file.path())?.world_name())
+}
+
 impl Sets {
     /// The images that the run of the program was evolved on, if it was in a world; those of `tune_on` if that is asked
     /// for; else those of the building's own world. The tolerance is that of the run.
     pub(crate) fn choose(program: &Path, kind: Kind, tune_on: Option<World>) -> Result<Sets, CliError> {
-        let (mut tolerance, mut own) = (TOLERANCE, None);
+        let (mut tolerance, mut own, mut copies) = (TOLERANCE, None, Copies::default());
         if let Some(run) = run_of(program) {
             let file = SettingsFile::read(&run.join("settings.toml"))?;
-            tolerance = file.recorded()?.tolerance;
+            let settings = file.recorded()?;
+            tolerance = settings.tolerance;
+            copies = Copies::of(&settings);
             let table = file.data().cloned().unwrap_or_default();
             if let Source::World(recorded) = Source::from_table(&table, file.path())? {
                 own = Some(recorded);
@@ -79,8 +93,9 @@ impl Sets {
             held_out_building: recorded.holdout_building(),
             tolerance,
             as_the_program: own.as_ref() == Some(&recorded),
+            altered_copies: copies.per_image(),
         };
-        Ok(Sets { tuned_on, training, held_out, recorded })
+        Ok(Sets { tuned_on, training, held_out, copies, recorded })
     }
 
     /// How one that drives does on them; none for what looks at no images.
@@ -121,10 +136,11 @@ impl Sets {
 impl TunedOn {
     /// In words.
     pub(crate) fn describe(&self) -> String {
-        let TunedOn { world, images, held_out_building, tolerance, as_the_program } = self;
+        let TunedOn { world, images, held_out_building, tolerance, as_the_program, altered_copies } = self;
         let own = if *as_the_program { ", as the program was" } else { "" };
+        let copies = Copies::words(*altered_copies);
         format!(
-            "Rivals are tuned on the {images} training images of the world {world}{own}; an answer is right within \
+            "Rivals are tuned on the {images} training images of the world {world}{own}{copies}; an answer is right within \
              {tolerance} rows.\nTraining: the share of right answers there; held out: in building {held_out_building} \
              of that world."
         )

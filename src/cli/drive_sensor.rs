@@ -8,7 +8,7 @@ use vsonar::drive::flow::{Flow, FlowDetector};
 use vsonar::drive::sonar::Sonar;
 use vsonar::drive::source::{Camera, RangeSource};
 use vsonar::ir::Program;
-use vsonar::world::office::{Kind, Office, Plan, Setup};
+use vsonar::world::office::{CHANGED_BUILDING, Kind, Office, Plan, Setup};
 
 use super::CliError;
 
@@ -150,7 +150,7 @@ impl Building {
 
     /// The seed that counts; none for the building of the world's training set.
     pub(crate) fn effective_seed(self) -> Option<u64> {
-        self.seed.or(self.changed.then_some(1))
+        self.seed.or(self.changed.then_some(CHANGED_BUILDING))
     }
 
     /// In words.

@@ -17,6 +17,7 @@ use super::output::{self, Own, count, percent};
 use super::program;
 use super::sensitivity;
 use super::table::Table;
+use super::tuning::Copies;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -87,7 +88,7 @@ pub(crate) struct Args {
     answers: Option<PathBuf>,
 }
 
-fn tolerance_help() -> String {
+pub(super) fn tolerance_help() -> String {
     format!(
         "An answer is correct within this many rows of the label; for a program in a run folder, by default, as many as the run's settings say \
          [default: {TOLERANCE}]"
@@ -202,7 +203,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         ANSWERS.may_replace(file)?;
     }
     let program = args.program.as_deref().map(program::file).transpose()?;
-    let What { set, name, tolerance, train, trained } = what(&args)?;
+    let What { set, name, tolerance, train, trained, copies } = what(&args)?;
     let loaded = program.as_deref().map(Individual::load_with_text).transpose()?;
     if let Some((path, (_, text))) = program.as_deref().zip(loaded.as_ref()) {
         program::note_size(path, text, (set.width(), set.height()));
@@ -210,7 +211,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let individual = loaded.map(|(individual, _)| individual);
     if let Some(rivals) = &args.against {
         let program = program.as_deref().zip(individual.as_ref());
-        return compare(&args, rivals, program, Named { name, set }, train, tolerance);
+        return compare(&args, rivals, program, Named { name, set }, train, (tolerance, copies));
     }
     let (Some(program), Some(individual)) = (program, individual) else {
         return Err(no_data(None));
@@ -244,7 +245,7 @@ fn compare(
     program: Option<(&Path, &Individual)>,
     test: Named,
     train: Option<Named>,
-    tolerance: f64,
+    (tolerance, copies): (f64, Copies),
 ) -> Result<(), CliError> {
     let Some(train) = train else {
         let text = "`--against` has to know what to tune the rivals on: give a run folder, whose training images they are \
@@ -256,8 +257,15 @@ fn compare(
         args.memory.check([&test.set, &train.set])?;
     }
     let own_training = args.tune_on.is_none();
-    let comparison =
-        Comparison { program, executor: &*executor, train: &train, own_training, test: &test, tolerance };
+    let comparison = Comparison {
+        program,
+        executor: &*executor,
+        train: &train,
+        own_training,
+        test: &test,
+        tolerance,
+        copies,
+    };
     against::run(&comparison, rivals, args.json)
 }
 

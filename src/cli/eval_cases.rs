@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use vsonar::dataset::{Constants, Dataset, TOLERANCE};
+use vsonar::evolve::Settings;
 
 use super::CliError;
 use super::against::Named;
@@ -10,6 +11,7 @@ use super::cases::Cases;
 use super::eval::Args;
 use super::settings::SettingsFile;
 use super::source::Source;
+use super::tuning::Copies;
 
 /// A part of the data of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -39,12 +41,26 @@ pub(super) struct What {
     pub(super) train: Option<Named>,
     /// The best constants of the training cases of the run whose other cases are asked about.
     pub(super) trained: Option<Constants>,
+    /// The altered copies that the program's run has of its training images.
+    pub(super) copies: Copies,
 }
 
-/// The folder of the run that a program is of, if it is given as its folder or is in it.
+/// The folder of the run that a program is of, if it is given as its folder or is in it. Settings of something else may
+/// lie beside a program.
 pub(super) fn run_of(program: &Path) -> Option<PathBuf> {
     let folder = if program.is_dir() { program } else { program.parent()? };
-    folder.join("settings.toml").is_file().then(|| folder.to_path_buf())
+    let settings = folder.join("settings.toml");
+    let is_run = || {
+        ["log.jsonl", "checkpoint"].iter().any(|name| folder.join(name).is_file())
+            || std::fs::read_to_string(&settings).is_ok_and(|text| text.contains("\ntrain_fingerprint"))
+    };
+    (settings.is_file() && (program.is_dir() || is_run())).then(|| folder.to_path_buf())
+}
+
+/// The settings of the run that a program is of, if it is of one.
+pub(super) fn settings_of(program: &Path) -> Result<Option<Settings>, CliError> {
+    let read = |run: PathBuf| SettingsFile::read(&run.join("settings.toml"))?.recorded();
+    run_of(program).map(read).transpose()
 }
 
 fn load(dir: &Path, pattern: Option<&String>) -> Result<Dataset, CliError> {
@@ -75,16 +91,17 @@ pub(super) fn what(args: &Args) -> Result<What, CliError> {
     };
     let Some(run) = run else {
         let Some(Named { name, set }) = data else { return Err(no_data(program)) };
-        let own = || program.and_then(run_of).map(|run| tolerance_of_run(&run)).transpose();
-        let tolerance = match args.tolerance {
-            Some(tolerance) => tolerance,
-            None => own()?.unwrap_or(TOLERANCE),
-        };
-        return Ok(What { set, name, tolerance, train: tune_on, trained: None });
+        // With the tolerance and without rivals nothing is wanted of the run.
+        let wanted = args.tolerance.is_none() || args.against.is_some();
+        let own = program.filter(|_| wanted).map(settings_of).transpose()?.flatten();
+        let tolerance =
+            args.tolerance.unwrap_or_else(|| own.as_ref().map_or(TOLERANCE, |settings| settings.tolerance));
+        let copies = own.as_ref().map(Copies::of).unwrap_or_default();
+        return Ok(What { set, name, tolerance, train: tune_on, trained: None, copies });
     };
     let (cases, settings) = cases_of_run(&run)?;
     let tolerance = args.tolerance.unwrap_or(settings.tolerance);
-    let name = |part: RunPart| format!("the {} images of {}", part.name(), run.display());
+    let name = |part: RunPart| images_of(part, &run);
     let train = needs_train.then(|| Named { name: name(RunPart::Train), set: cases.train.clone() });
     let (Named { name, set }, trained) = match data {
         Some(data) => (data, None),
@@ -94,12 +111,13 @@ pub(super) fn what(args: &Args) -> Result<What, CliError> {
             (Named { name: name(part), set }, Some(constants).filter(|_| part != RunPart::Train))
         }
     };
-    Ok(What { set, name, tolerance, train: train.or(tune_on), trained })
+    let copies = Copies::of(&settings);
+    Ok(What { set, name, tolerance, train: train.or(tune_on), trained, copies })
 }
 
-/// What counts as correct in a run.
-fn tolerance_of_run(run: &Path) -> Result<f64, CliError> {
-    Ok(SettingsFile::read(&run.join("settings.toml"))?.recorded()?.tolerance)
+/// What people call a part of a run's images.
+fn images_of(part: RunPart, run: &Path) -> String {
+    format!("the {} images of {}", part.name(), run.display())
 }
 
 /// Nothing says which images.
@@ -117,7 +135,7 @@ pub(super) fn no_data(program: Option<&Path>) -> CliError {
     }
 }
 
-fn cases_of_run(run: &Path) -> Result<(Cases, vsonar::evolve::Settings), CliError> {
+fn cases_of_run(run: &Path) -> Result<(Cases, Settings), CliError> {
     let file = SettingsFile::read(&run.join("settings.toml"))?;
     let table = file.data().cloned().unwrap_or_default();
     let cases = Source::from_table(&table, file.path())?.load()?;
@@ -133,15 +151,15 @@ pub(super) fn cases_of(
     part: Option<RunPart>,
 ) -> Result<Option<(Dataset, f64)>, CliError> {
     if let Some(dir) = data {
-        let own = run_of(program).map(|run| tolerance_of_run(&run)).transpose()?;
+        let own = settings_of(program)?.map(|settings| settings.tolerance);
         return Ok(Some((load(dir, pattern)?, own.unwrap_or(TOLERANCE))));
     }
     if !program.is_dir() {
         return Ok(None);
     }
     let (cases, settings) = cases_of_run(program)?;
-    let (_, set) = part_of_run(program, cases, settings.generations, part)?;
-    Ok(Some((set, settings.tolerance)))
+    let (part, set) = part_of_run(program, cases, settings.generations, part)?;
+    Ok(Some((set.named(images_of(part, program)), settings.tolerance)))
 }
 
 fn part_of_run(

@@ -221,6 +221,7 @@ fn fresh(args: &Args) -> Result<Prepared, CliError> {
         return Err(vsonar::evolve::FolderError::Exists(out.clone()).into());
     }
     let cases = source.load()?;
+    cases.check_apart()?;
     let room = args.memory.check_needs(cases.needs(&settings.variation(), 1))?;
     let threads = usize::from(args.threads.unwrap_or(0));
     let table = source.to_table(&cases)?;

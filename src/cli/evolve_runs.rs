@@ -122,6 +122,7 @@ fn folds(args: &Args, source: &Source, all: &[Settings], cores: Cores) -> Result
     let variation = all.first().map_or(Variation::NONE, Settings::variation);
     let fold = |(number, source): (Option<u32>, Source)| {
         let cases = source.load()?;
+        cases.check_apart()?;
         let room = args.memory.check_needs(cases.needs(&variation, cores.jobs.min(all.len())))?;
         for settings in all.iter().filter(|_| args.out.is_some()) {
             let path = args.out.as_deref().map(|out| place(out, number, settings.seed));

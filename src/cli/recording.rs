@@ -78,7 +78,8 @@ fn rendered(
             return Err(interrupted());
         }
         let (done, total) = progress.steps();
-        bar.set_length(total as u64);
+        // Before the first picture the building itself is made, of which nothing is done yet.
+        bar.set_length(total.max(1) as u64);
         bar.set_position(done as u64);
         thread::sleep(LOOK);
     }
@@ -95,7 +96,7 @@ fn bar(style: Style, template: &str) -> ProgressBar {
         Style::Live => ProgressDrawTarget::stderr_with_hz(10),
         _ => ProgressDrawTarget::hidden(),
     };
-    let bar = ProgressBar::with_draw_target(Some(0), target);
+    let bar = ProgressBar::with_draw_target(Some(1), target);
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.progress_chars("━╸─"));
     }

@@ -16,10 +16,12 @@ use vsonar::world::office::World;
 
 use super::against::{self, Comparison, Named};
 use super::cases::Cases;
+use super::eval_cases::settings_of;
 use super::executor::with_stack;
 use super::memory::MemoryArgs;
 use super::output::{printable, shell_word};
 use super::source::Source;
+use super::tuning::Copies;
 use super::{CliError, part, summary};
 
 /// What is to be found out beside what the folder tells.
@@ -199,9 +201,10 @@ fn evaluate(
     if let Some(program) = &mut run.program {
         program.compiled = Some(Compiled::of(&best, size));
     }
-    if let Some((_, set, _)) = last.as_ref().filter(|_| wanted.explained) {
+    if let Some((part, set, _)) = last.as_ref().filter(|_| wanted.explained) {
         wanted.progress.set_message(format!("{}: explaining", printable(folder)));
-        match explain(&best, set, tolerance)? {
+        let set = (*set).clone().named(format!("the {} images", part.name()));
+        match explain(&best, &set, tolerance)? {
             Ok(explanation) => {
                 if let Some(program) = &mut run.program {
                     program.explanation = Some(ProgramText::of(&explanation, &best));
@@ -236,6 +239,7 @@ fn evaluate(
             own_training: true,
             test: &named(part, set),
             tolerance,
+            copies: settings_of(folder)?.as_ref().map(Copies::of).unwrap_or_default(),
         };
         run.rivals = Some(against::for_page(&comparison, part)?);
     }

@@ -2,18 +2,19 @@
 
 use std::collections::BTreeSet;
 use std::io::Cursor;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use image::{ImageFormat, RgbImage};
 use rayon::prelude::*;
-use vsonar::dataset::{Dataset, TOLERANCE};
+use vsonar::dataset::TOLERANCE;
 use vsonar::frames::Rate;
 use vsonar::report::{MAX_SCALE, MOST_DETECTORS, Style, Tile, fitting_scale};
 use vsonar::tree::Individual;
 use vsonar::world::office::World;
 
+use super::eval_cases::cases_of;
 use super::executor::{Choice, answers};
 use super::memory::MemoryArgs;
 use super::new_folder::NewFolder;
@@ -51,7 +52,8 @@ pub(crate) struct Args {
     /// The program, a .gp file, or a run folder, for its best one; or several, to be seen side by side
     #[arg(required = true, value_name = "PROGRAM")]
     programs: Vec<PathBuf>,
-    /// Folder with `labels.csv` and the images it names [default: the held-out building of the world fmrb]
+    /// Folder with `labels.csv` and the images it names [default: what the run folder given first holds out; else the
+    /// held-out building of the world fmrb]
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// Only the images whose names match this pattern, e.g. 'run_C*'
@@ -72,9 +74,8 @@ pub(crate) struct Args {
     executor: Choice,
     #[command(flatten)]
     memory: MemoryArgs,
-    /// An answer is correct within this many rows of the label
-    #[arg(long, value_name = "ROWS", default_value_t = TOLERANCE, value_parser = eval::tolerance, allow_negative_numbers = true)]
-    tolerance: f64,
+    #[arg(long, value_name = "ROWS", value_parser = eval::tolerance, allow_negative_numbers = true, help = eval::tolerance_help())]
+    tolerance: Option<f64>,
     /// Pictures side by side on the contact sheet
     #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=64))]
     sheet_columns: u32,
@@ -103,10 +104,12 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
     let mut folder = args.out.as_deref().map(NewFolder::check).transpose()?;
     let video = args.video.as_deref().map(Video::check).transpose()?;
     let executor = args.executor.make()?;
-    let mut set = match &args.data {
-        Some(dir) => Dataset::load(dir)?,
-        None => World::Fmrb.elsewhere(source_made::other_office()),
-    };
+    let own = cases_of(&args.programs[0], args.data.as_deref(), None, None)?;
+    let (mut set, tolerance) = own.unwrap_or_else(|| {
+        let set = World::Fmrb.elsewhere(source_made::other_office());
+        (set.named("the held-out images of the world fmrb"), TOLERANCE)
+    });
+    let tolerance = args.tolerance.unwrap_or(tolerance);
     if let Some(pattern) = &args.pattern {
         set = set.select(pattern)?;
     }
@@ -123,18 +126,19 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
         [only] => Some(only.second().rect()),
         _ => None,
     };
-    let style = Style {
-        tolerance: args.tolerance,
-        window,
-        scale: args.scale.unwrap_or_else(|| fitting_scale(set.width())),
-    };
+    let style = Style { tolerance, window, scale: args.scale.unwrap_or_else(|| fitting_scale(set.width())) };
     let drawing = Drawing::new(&set, &args.programs, &answers, style);
     let stop = watch()?;
     let mut said = String::new();
     if let (Some(folder), Some(out)) = (&mut folder, &args.out) {
         let sheets = write_pictures(&drawing, folder, args.sheet_columns as usize, &stop)?;
         let images = count(set.images().len() as u64, "picture");
-        said += &format!("{}: {images}, all of them on {}\n", out.display(), sheets.join(", "));
+        said += &format!(
+            "{}: {images} of {}, all of them on {}\n",
+            out.display(),
+            output::printable(Path::new(set.name())),
+            sheets.join(", ")
+        );
     }
     if let (Some(video), Some(path)) = (video, &args.video) {
         let frames = (0..set.images().len()).map(|i| drawing.keyed(i, &drawing.picture(i)));
@@ -220,7 +224,7 @@ mod tests {
 
     use super::*;
     use image::{GrayImage, Luma};
-    use vsonar::dataset::{Case, NamedImage};
+    use vsonar::dataset::{Case, Dataset, NamedImage};
 
     /// Answers the lowest row at which the gradient is more than 50.
     const PROGRAM: &str = "(individual (iterate-up 3x3 x-obstacle
@@ -248,7 +252,7 @@ mod tests {
             fps: "4".parse().expect("a rate"),
             executor: Choice::Reference,
             memory: MemoryArgs::default(),
-            tolerance: TOLERANCE,
+            tolerance: None,
             sheet_columns: 2,
             scale: Some(2),
         }

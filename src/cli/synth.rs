@@ -42,11 +42,11 @@ pub(crate) struct Args {
     /// The new folder; one that exists is left alone
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Another building of the kind; each seed is another one [default: the building trained on; with --changed 1];
+    /// Another building of the kind; each seed is another one [default: the building trained on; with --changed 3];
     /// with --plan another drive through it [default: 1]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Another building with plants, suitcases, cones and open drawers, which are nowhere else, seen by a camera of
+    /// The building of the seed with plants, suitcases, cones and open drawers, which are nowhere else, seen by a camera of
     /// another pitch, height and exposure
     #[arg(long)]
     changed: bool,

@@ -127,6 +127,12 @@ impl Dataset {
         &self.name
     }
 
+    /// The same under another name.
+    #[must_use]
+    pub fn named(self, name: impl Into<String>) -> Dataset {
+        Dataset { name: name.into(), ..self }
+    }
+
     /// Width of every image in pixels.
     pub fn width(&self) -> u32 {
         self.width

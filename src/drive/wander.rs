@@ -54,10 +54,23 @@ pub struct Reading {
     pub reach: Reach,
 }
 
+impl Reading {
+    /// The same, or that nothing is known where the distance is none; nothing if there is no direction.
+    fn sound(self) -> Option<Reading> {
+        let known = match self.reach {
+            Reach::Obstacle(metres) | Reach::Free(metres) => metres >= 0.0,
+            Reach::Unknown => false,
+        };
+        let reach = if known { self.reach } else { Reach::Unknown };
+        self.bearing.is_finite().then_some(Reading { reach, ..self })
+    }
+}
+
 /// How far it is to something.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reach {
-    /// An obstacle so many metres from the sensor, along the floor.
+    /// An obstacle so many metres from the sensor, along the floor. An infinite distance is no obstacle in reach, as drivers
+    /// of range sensors mean it; one that is negative or no number is as good as [`Reach::Unknown`].
     Obstacle(f64),
     /// Nothing for so many metres; beyond, it cannot see.
     Free(f64),
@@ -248,8 +261,14 @@ impl Wander {
     /// How fast to go until the next readings.
     ///
     /// `readings` are the newest ones, in any order. `motion` is how the wheels have moved the robot since the call
-    /// before, `seconds` how long ago that was. If nothing is known of any direction, it stands still.
+    /// before, `seconds` how long ago that was. If nothing is known of any direction, or of how the robot has moved (a
+    /// number is none), it stands still. A direction of which nothing is known, among others, is held for free.
     pub fn steer(&mut self, readings: &[Reading], motion: Motion, seconds: f64) -> Command {
+        if ![motion.forward, motion.turn, seconds].iter().all(|number| number.is_finite()) {
+            return Command::default();
+        }
+        let readings: Vec<Reading> = readings.iter().filter_map(|reading| reading.sound()).collect();
+        let readings = readings.as_slice();
         let Settings { sensor_ahead, fresh, memory, horizon, .. } = self.settings;
         self.around.moved(motion, seconds);
         self.around.seen(readings, (sensor_ahead, &self.view), (fresh, memory), horizon + 1.0);

@@ -72,6 +72,28 @@ fn where_all_is_free_it_goes_at_full_speed_and_nearly_straight() {
     }
 }
 
+/// What a broken sensor says is no free floor.
+#[test]
+fn numbers_that_are_none_tell_nothing() {
+    for reach in [Reach::Obstacle(f64::NAN), Reach::Obstacle(-1.0), Reach::Free(f64::NAN), Reach::Free(-0.5)]
+    {
+        let mut wander = Wander::new(Settings::default(), FAN);
+        assert_eq!(wander.steer(&all(|_| reach), Motion::default(), 0.1), Command::default(), "{reach:?}");
+    }
+    let mut wander = Wander::new(Settings::default(), FAN);
+    let nowhere = [Reading { bearing: f64::NAN, reach: Reach::Free(3.0) }];
+    assert_eq!(wander.steer(&nowhere, Motion::default(), 0.1), Command::default());
+    let free = all(|_| Reach::Obstacle(f64::INFINITY));
+    for motion in [Motion { forward: f64::NAN, turn: 0.0 }, Motion { forward: 0.0, turn: f64::INFINITY }] {
+        assert_eq!(wander.steer(&free, motion, 0.1), Command::default());
+    }
+    assert_eq!(wander.steer(&free, Motion::default(), f64::NAN), Command::default());
+    assert_eq!(wander.steer(&free, Motion::default(), 0.1).forward, 0.3);
+    // One that is wrong takes nothing from the others.
+    let blocked = |b: f64| if b == 0.0 { Reach::Obstacle(f64::NAN) } else { Reach::Obstacle(0.1) };
+    assert_eq!(wander.steer(&all(blocked), Motion::default(), 0.1).forward, 0.0);
+}
+
 #[test]
 fn a_wall_straight_ahead_is_never_hit() {
     for heading in [-0.7, -0.3, 0.0, 0.01, 0.5, 1.2] {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use vsonar::baseline::{Rival, answers};
-use vsonar::dataset::Dataset;
+use vsonar::dataset::{Dataset, TOLERANCE, Variation};
 
 use crate::common::*;
 
@@ -39,6 +39,49 @@ fn evolved() -> Place {
         "--json",
     ]));
     place
+}
+
+/// They get what evolution gets, copies included; what remembers frames needs them in their order.
+#[test]
+fn rivals_are_tuned_on_the_altered_copies_too() {
+    let place = Place::new();
+    place.ok(&[
+        "evolve",
+        "--data",
+        "data",
+        "--population",
+        "20",
+        "--generations",
+        "1",
+        "--seed",
+        "5",
+        "--set",
+        "filter.enabled=false",
+        "--set",
+        "augmentation.variants=3",
+        "--set",
+        "augmentation.gain=0.9",
+        "--out",
+        "run",
+        "--quiet",
+    ]);
+    let set = Dataset::load(place.path("data")).expect("sound");
+    let variation = Variation { copies: 3, mirror: 0.5, gain: 0.9, brightness: 20.0, ..Variation::NONE };
+    let grown = variation.grow(&set, 5);
+    let report = json(&place, &["eval", "run", "--part", "train", "--against", "all"]);
+    assert_eq!(report["altered_copies"], 3);
+    let found = detectors(&report);
+    let mut differ = 0;
+    for (rival, (_, row)) in Rival::ALL.into_iter().zip(&found[1..]) {
+        let on = |set: &Dataset| serde_json::to_value(rival.tune(set, TOLERANCE)).expect("JSON");
+        let (plain, with_copies) = (on(&set), on(&grown));
+        differ += u32::from(plain != with_copies);
+        assert_eq!(row["settings"], if rival == Rival::Ulrich { plain } else { with_copies }, "{row}");
+        assert_eq!(row["training"]["cases"], 24);
+    }
+    assert!(differ >= 3, "the copies make a difference: {differ}");
+    let text = place.ok(&["eval", "run", "--part", "train", "--against", "constant"]);
+    assert!(text.contains("and, but for ulrich, on altered copies of each"), "{text}");
 }
 
 #[test]

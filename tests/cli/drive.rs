@@ -35,7 +35,12 @@ fn tables_put_all_beside_what_was_published() {
     }
     assert!(text.contains("times real time"), "{text}");
     assert!(text.contains("p.gp in fmrb, the building of the training set"), "{text}");
-    assert!(text.contains("the 71 training images of the world fmrb; "), "{text}");
+    assert!(
+        text.contains(
+            "the 71 training images of the world fmrb and, but for ulrich, on an altered copy of each; "
+        ),
+        "{text}"
+    );
     let sums = text.lines().position(|line| line.contains("held out  runs")).expect("the table");
     let cells = |sensor: &str| -> Vec<String> {
         let row = text.lines().skip(sums).find(|line| line.split_whitespace().next() == Some(sensor));
@@ -51,6 +56,21 @@ fn tables_put_all_beside_what_was_published() {
         assert!(headings.contains(heading), "{headings}");
     }
     assert!(text.contains("+: runs that got stuck"), "{text}");
+}
+
+#[test]
+fn a_run_drives_in_its_own_building() {
+    let place = Place::new();
+    let small = ["--population", "20", "--generations", "1", "--set", "filter.enabled=false", "--quiet"];
+    for (world, own) in [("nsh", "nsh"), ("combined", "fmrb")] {
+        place.ok(&[&["evolve", "--world", world, "--out", world], &small[..]].concat());
+        let drive = ["drive", world, "--minutes", "0.01", "--runs", "1", "--quiet", "--json"];
+        let report: Value = serde_json::from_str(&place.ok(&drive)).expect("JSON");
+        assert_eq!(report["world"], own);
+        let elsewhere = [&drive[..], &["--world", if own == "nsh" { "fmrb" } else { "nsh" }]].concat();
+        let report: Value = serde_json::from_str(&place.ok(&elsewhere)).expect("JSON");
+        assert_ne!(report["world"], own);
+    }
 }
 
 #[test]

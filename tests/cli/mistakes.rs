@@ -223,6 +223,49 @@ fn photographs_that_viewers_turn_are_not_imported() {
     place.ok(&[&shapes[..], &["s"]].concat());
 }
 
+/// A file of settings for something else says nothing of a program beside it.
+#[test]
+fn settings_beside_a_program_are_no_run() {
+    let place = Place::new();
+    place.write("up.gp", "(individual (iterate-up 3x3 x-obstacle (set-a y)))");
+    let alone = place.ok(&["eval", "up.gp", "--data", "data"]);
+    for settings in [
+        "generations = 20\n",
+        "seeds = \"1-5\"\n[[data]]\nname = \"x\"\n",
+        "[window]\nwidth = 3\n",
+        "no TOML [",
+    ] {
+        place.write("settings.toml", settings);
+        assert_eq!(place.ok(&["eval", "up.gp", "--data", "data"]), alone);
+        place.ok(&["eval", "up.gp", "--data", "data", "--tune-on", "data", "--against", "constant"]);
+    }
+    // Of a run it is one, though the rest of its folder is not there.
+    evolved(&place);
+    let best = place.read("run/best.gp");
+    place.write("best.gp", &best);
+    let settings = place.read("run/settings.toml");
+    place.write("settings.toml", &settings);
+    assert!(place.ok(&["eval", "best.gp", "--data", "data"]).contains("within 3 rows"));
+}
+
+#[test]
+fn what_is_held_out_is_not_what_is_trained_on() {
+    let place = Place::new();
+    for part in ["--holdout", "--validation"] {
+        let complaint = place.fails(1, &tiny(&[part, "data", "--quiet", "--out", "run"]));
+        assert!(complaint.contains("are the training data") && complaint.contains("20%"), "{complaint}");
+        let complaint = place.fails(1, &tiny(&[part, "data", "--runs", "2", "--quiet", "--out", "runs"]));
+        assert!(complaint.contains("are the training data"), "{complaint}");
+    }
+    for buildings in
+        ["building = 2", "validation_building = 1", "validation_building = 7\nholdout_building = 7"]
+    {
+        place.write("s.toml", format!("[data.synthetic]\n{buildings}\n"));
+        let complaint = place.fails(1, &["evolve", "--settings", "s.toml", "--quiet", "--out", "run"]);
+        assert!(complaint.contains("s.toml") && complaint.contains("choose two buildings"), "{complaint}");
+    }
+}
+
 /// A named pipe is written to, as it is, whoever reads.
 #[cfg(unix)]
 #[test]

@@ -29,7 +29,7 @@ fn names(place: &Place, folder: &str) -> Vec<String> {
 fn a_picture_for_each_image_and_a_sheet() {
     let place = place();
     let text = place.ok(&["show", "p.gp", "--data", "data", "--out", "pictures", "--scale", "2"]);
-    assert!(text.starts_with("pictures: 6 pictures, all of them on contact-sheet.png\n"), "{text}");
+    assert!(text.starts_with("pictures: 6 pictures of data, all of them on contact-sheet.png\n"), "{text}");
     let report = place.ok(&["eval", "p.gp", "--data", "data", "--json"]);
     let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
     let correct = format!("\n{} of 24 answers correct", report["correct"]);
@@ -80,6 +80,23 @@ fn several() -> Place {
 }
 
 #[test]
+fn a_run_is_shown_on_what_it_holds_out() {
+    let place = Place::new();
+    let parts = ["--train-match", "drive_a*", "--holdout-match", "drive_b*"];
+    place.ok(&tiny(&[&parts[..], &["--quiet", "--out", "run"]].concat()));
+    let text = place.ok(&["show", "run", "--out", "pictures", "--scale", "2"]);
+    assert!(text.starts_with("pictures: 3 pictures of the held-out images of run, all of them"), "{text}");
+    let report = place.ok(&["eval", "run", "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
+    assert!(text.contains(&format!("\n{} of 12 answers correct within 3 rows", report["correct"])), "{text}");
+    assert!(
+        names(&place, "pictures")
+            .iter()
+            .all(|name| name.starts_with("drive_b") || name == "contact-sheet.png")
+    );
+}
+
+#[test]
 fn several_programs_are_side_by_side() {
     let place = several();
     let flags = ["--data", "data", "--out", "pictures", "--scale", "8"];
@@ -89,7 +106,7 @@ fn several_programs_are_side_by_side() {
         serde_json::from_str::<serde_json::Value>(&report).expect("JSON")["correct"].clone()
     };
     let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines[0], "pictures: 6 pictures, all of them on contact-sheet.png");
+    assert_eq!(lines[0], "pictures: 6 pictures of data, all of them on contact-sheet.png");
     assert!(lines[1].starts_with(&format!("A p.gp: {} of 24 answers", correct("p.gp"))), "{text}");
     assert!(
         lines[2].starts_with(&format!("B other/p.gp: {} of 24 answers", correct("other/p.gp"))),

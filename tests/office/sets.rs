@@ -2,7 +2,7 @@
 
 use vsonar::dataset::{Constants, Dataset, TOLERANCE};
 use vsonar::world::SetupError;
-use vsonar::world::office::{Kind, Office, Setup, World, drive, record};
+use vsonar::world::office::{CHANGED_BUILDING, Kind, Office, Plan, Setup, World, drive, record};
 
 fn small() -> Setup {
     Setup { width: 64, height: 48, ..Setup::default() }
@@ -104,14 +104,25 @@ fn other_buildings_are_other_sets() {
     let few = Some(3);
     let set = |building, changed| World::Nsh.recorded(building, changed, few).unwrap();
     let all =
-        [set(None, false), set(Some(1), false), set(Some(2), false), set(Some(1), true), set(Some(2), true)];
+        [set(None, false), set(Some(1), false), set(Some(2), false), set(None, true), set(Some(2), true)];
     for (i, a) in all.iter().enumerate() {
         assert_eq!((a.images().len(), a.cases().len()), (3, 18));
         assert!(all[..i].iter().all(|b| a.fingerprint() != b.fingerprint()));
     }
-    assert_eq!(set(None, true).fingerprint(), all[3].fingerprint());
+    assert_eq!(set(Some(CHANGED_BUILDING), true).fingerprint(), all[3].fingerprint());
     assert_eq!(World::Combined.recorded(Some(1), false, few).unwrap().images().len(), 3);
     assert_eq!(World::Nsh.recorded(None, false, Some(0)), Err(SetupError::Frames(0).into()));
+}
+
+/// Things and camera are others, and the hallways too: nothing of it has chosen a winner or been held out.
+#[test]
+fn the_changed_building_is_a_third_one() {
+    for kind in Kind::ALL {
+        let rooms = |seed, unseen| Plan::generate(kind, seed, unseen).rooms;
+        let changed = rooms(CHANGED_BUILDING, true);
+        assert!([1, 2].iter().all(|&seed| rooms(seed, false) != changed), "{kind:?}");
+        assert_eq!(rooms(CHANGED_BUILDING, false), changed, "{kind:?}");
+    }
 }
 
 #[test]

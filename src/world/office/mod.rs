@@ -52,7 +52,7 @@ pub use grabber::Grabber;
 pub use part::{Part, Thing};
 pub use people::Crowd;
 pub use plan::{Item, ItemKind, Light, Opening, OpeningKind, Person, Plan, PlanError, Start, Stripe};
-pub use record::{Earlier, ParseWorldError, Shot, World, drive, record, record_told};
+pub use record::{CHANGED_BUILDING, Earlier, ParseWorldError, Shot, World, drive, record, record_told};
 pub use setup::Setup;
 pub use space::{BODY_HEIGHT, Nearest};
 

@@ -25,6 +25,10 @@ const FMRB: usize = 71;
 const NSH_DRIVE: u64 = 4;
 const FMRB_DRIVE: u64 = 7;
 
+/// The changed building unless another is asked for. A changed building has the hallways and lights of the building of
+/// its seed, so this is neither of those that choose the winner and are held out by default.
+pub const CHANGED_BUILDING: u64 = 3;
+
 impl Kind {
     /// Both kinds.
     pub const ALL: [Kind; 2] = [Kind::Nsh, Kind::Fmrb];
@@ -239,7 +243,7 @@ impl Which {
         match (building, changed) {
             (None, false) => Which::Training,
             (Some(seed), false) => Which::Elsewhere(seed),
-            (seed, true) => Which::Changed(seed.unwrap_or(1)),
+            (seed, true) => Which::Changed(seed.unwrap_or(CHANGED_BUILDING)),
         }
     }
 }
