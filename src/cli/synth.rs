@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use vsonar::camera::{Camera, CameraError};
 use vsonar::dataset::Dataset;
 use vsonar::world::Progress;
-use vsonar::world::office::{Office, Plan, Setup, World, record_told};
+use vsonar::world::office::{Office, OfficeError, Plan, Setup, World, record_told};
 
 use super::{CliError, recording, text_file};
 
@@ -81,7 +81,20 @@ fn planned(path: &Path, args: &Args, progress: &Progress) -> Result<Dataset, Cli
     }
     let office = Office::build(&plan, &setup, 0)?;
     let (frames, seed) = (args.frames.unwrap_or(FRAMES), args.seed.unwrap_or(1));
-    Ok(record_told(&office, "plan", frames, seed, progress)?)
+    record_told(&office, "plan", frames, seed, progress).map_err(|e| match e {
+        OfficeError::Start { start, .. } => {
+            let line = line_of_start(&text, start).map_or(String::new(), |line| format!("{line}:"));
+            CliError::Failed(format!("{}:{line} {e}", path.display()))
+        }
+        OfficeError::NoStart { .. } => CliError::Failed(format!("{}: {e}", path.display())),
+        e => e.into(),
+    })
+}
+
+/// Where in the text of a plan its start of this number is, the first being 0: a line, from 1.
+fn line_of_start(text: &str, start: usize) -> Option<usize> {
+    let is_start = |line: &str| line.split_whitespace().next().is_some_and(|word| word == "start");
+    text.lines().enumerate().filter(|(_, line)| is_start(line)).nth(start).map(|(i, _)| i + 1)
 }
 
 /// A camera's file that can be right, but by which no pictures are rendered.

@@ -62,6 +62,27 @@ fn a_building_of_ones_own() {
 }
 
 #[test]
+fn a_robot_that_cannot_stand_at_its_start_is_an_error() {
+    let place = Place::new();
+    let fails = |plan: &str| {
+        place.write("own.plan", plan);
+        place.fails(1, &["synth", "--plan", "own.plan", "--frames", "1", "--out", "new"])
+    };
+    // On a wall, next to one, in a box, before the second start; a comment is none.
+    for (line, x, y) in [(4, 6.0, 1.2), (4, 6.0, -1.2), (4, 6.0, 1.0), (6, 9.0, 0.0)] {
+        let filled = "# start 1 1 1\n".repeat(line - 4);
+        let plan = "plan 1\nroom 0 12 -1.2 1.2\nbox 9 0 1 1 1 0.2\n";
+        let said = fails(&format!("{plan}{filled}  start {x} {y} 90 # here\nstart 6 0 0\n"));
+        let place = format!("error: own.plan:{line}: a robot 0.48 m wide cannot stand at ({x}, {y})");
+        assert!(said.starts_with(&place) && said.contains("move the `start`"), "{said}");
+    }
+    let said = fails("plan 1\nroom 0 0.3 0 0.3\n");
+    assert!(said.starts_with("error: own.plan: no place was found") && said.contains("0.48 m"), "{said}");
+    place.write("own.plan", "plan 1\nroom 0 12 -1.2 1.2\nstart 6 0.95 0\n");
+    place.ok(&["synth", "--plan", "own.plan", "--frames", "1", "--out", "new"]);
+}
+
+#[test]
 fn a_camera_that_no_pictures_are_rendered_by_is_named_with_its_file() {
     let place = Place::new();
     place.write("own.plan", "plan 1\nroom 0 12 -1.2 1.2\n");
