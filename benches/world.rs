@@ -13,7 +13,7 @@ fn offices(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(1));
         group.bench_function("build", |b| b.iter(|| black_box(Office::preset(kind))));
         let office = Office::preset(kind);
-        let shots = drive(&office, 40, 1);
+        let shots = drive(&office, 40, 1).expect("it can stand there");
         // the pictures of a drive in turn, so that open floor and full views count as they occur
         let mut grabber = office.grabber(1);
         let mut turn = shots.iter().cycle();

@@ -1,5 +1,6 @@
 //! The synthetic corridor: the same on every machine, its labels true to the geometry, worth learning.
 
+use vsonar::camera::Camera;
 use vsonar::dataset::{Constants, Dataset, TOLERANCE};
 use vsonar::world::camera::Pose;
 use vsonar::world::geometry::{Geometry, Outline, Ray, Surface, Vec3};
@@ -161,6 +162,14 @@ fn bad_settings_are_errors() {
     assert!(matches!(fails(Corridor { columns: 0, ..small() }, 1), SetupError::Columns { .. }));
     assert!(matches!(fails(Corridor { columns: 65, ..small() }, 1), SetupError::Columns { .. }));
     assert!(matches!(fails(small(), 0), SetupError::Frames(0)));
+    // What a camera's file may give is within the settings' limits.
+    for (height, pitch, field_of_view, sound) in
+        [(0.05, 0.0, 5.8, true), (2.0, 85.9, 171.8, true), (1.0, 86.0, 90.0, false), (1.0, 9.0, 171.9, false)]
+    {
+        let camera = Camera { height, pitch, field_of_view, distortion: 0.0 };
+        assert_eq!(small().check_camera(&camera).is_ok(), sound, "{camera:?}");
+        assert!(!sound || small().seen_by(&camera).render(1, 1).is_ok(), "{camera:?}");
+    }
     let error = fails(Corridor { pitch: f64::NAN, ..small() }, 1);
     assert!(error.to_string().contains("pitch"), "{error}");
     // every column can be labelled

@@ -14,6 +14,10 @@ static float bearing(int32_t column, int32_t row)
     double y = (2.0 * row + 1.0 - DETECTOR_HEIGHT) / DETECTOR_WIDTH;
     double k = DETECTOR_CAMERA_DISTORTION;
     double slope = tan(DETECTOR_CAMERA_FIELD_OF_VIEW * DEGREE / 2.0) * (1.0 + k) / (1.0 + k * (x * x + y * y));
+    double down = sin(DETECTOR_CAMERA_PITCH * DEGREE) + y * slope * cos(DETECTOR_CAMERA_PITCH * DEGREE);
+    /* No obstacle stands above the horizon: its bearing is that of the top row. */
+    if (row > 0 && down <= 0.0)
+        return bearing(column, 0);
     double forward = cos(DETECTOR_CAMERA_PITCH * DEGREE) - y * slope * sin(DETECTOR_CAMERA_PITCH * DEGREE);
     return (float)atan2(-x * slope, forward);
 }
@@ -23,12 +27,14 @@ void laser_scan_init(LaserScan *scan, const int32_t columns[LASER_SCAN_COLUMNS],
 {
     float least = INFINITY, greatest = -INFINITY, top_least = INFINITY, top_greatest = -INFINITY;
     for (int i = 0; i < LASER_SCAN_COLUMNS; i++) {
-        /* Bearings go from that of the top row to that of the bottom row as the obstacle comes nearer. */
-        const float top = bearing(columns[i], 0), bottom = bearing(columns[i], DETECTOR_HEIGHT - 1);
+        const float top = bearing(columns[i], 0);
         top_least = fminf(top_least, top);
         top_greatest = fmaxf(top_greatest, top);
-        least = fminf(least, fminf(top, bottom));
-        greatest = fmaxf(greatest, fmaxf(top, bottom));
+        /* With a pincushion lens the widest bearing is between the top and the bottom row. */
+        for (int32_t row = 0; row < DETECTOR_HEIGHT; row++) {
+            least = fminf(least, bearing(columns[i], row));
+            greatest = fmaxf(greatest, bearing(columns[i], row));
+        }
     }
     /* As close as the columns are on average in the top row. */
     const float apart = (top_greatest - top_least) / (LASER_SCAN_COLUMNS - 1);

@@ -45,10 +45,11 @@ pub struct Polly {
 
 impl Polly {
     /// The best of its grid on these cases: squares of 1, 2, 3, 4, 5 or 8 pixels in an image 240 pixels high (of 5, the
-    /// original's 64 x 48), smoothed up to twice, 64 thresholds from 0.5 to 200 gray levels.
+    /// original's 64 x 48), no wider than the image, smoothed up to twice, 64 thresholds from 0.5 to 200 gray levels.
     pub(super) fn tune(set: &Dataset, tolerance: f64) -> (Polly, Choice) {
         let thresholds = thresholds();
-        let scale = |&scale: &u32| scaled(scale, set.height(), 240);
+        // One square at least beside the others: a tall image may be narrower than squares in scale with its height.
+        let scale = |&scale: &u32| scaled(scale, set.height(), 240).min(set.width() as usize);
         let mut scales: Vec<usize> = SCALES.iter().map(scale).collect();
         scales.dedup();
         let passes = PASSES as usize + 1;

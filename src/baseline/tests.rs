@@ -123,7 +123,7 @@ fn a_floor_up_to_the_top_is_row_0_and_wrong_arguments_are_refused() {
 
 #[test]
 fn the_smallest_images_are_answered() {
-    for (width, height) in [(16, 16), (16, 300), (300, 16)] {
+    for (width, height) in [(16, 16), (16, 300), (300, 16), (16, 600), (40, 1400)] {
         let pixels = GrayImage::from_fn(width, height, |x, y| Luma([(noise(x, y) % 256) as u8]));
         let images = (0..3).map(|i| NamedImage { name: format!("a_{i}.png"), pixels: pixels.clone() });
         let cases = (0..3).map(|image| Case { image, x: width - 1, y: height / 2 }).collect();

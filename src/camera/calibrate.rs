@@ -12,6 +12,9 @@
 //!   more than unknowns, and points both within half of the image's half width from its middle and beyond 0.8 of it.
 //!   It stays 0, too, if what is found is less than twice its standard error.
 //!
+//! A number that the points push against the limit of what it may be stays there, without a standard error and with a
+//! warning, and the others are fitted to it.
+//!
 //! ```
 //! use vsonar::camera::calibrate::{Known, calibrate};
 //! use vsonar::camera::points;
@@ -88,19 +91,25 @@ pub fn calibrate(points: &[Point], known: &Known, size: (u32, u32)) -> Result<Ca
         }
     }
     judge(&problem, &fit)?;
-    let sensitivity =
-        sensitivity.map_err(|Undetermined(i)| CalibrateError::Undetermined { number: LIMITS[i].0 })?;
-    let camera = fit.camera;
-    let errors = sensitivity.standard_errors(&camera, noise(&problem, &fit));
-    let values = [camera.height, camera.pitch, camera.field_of_view, camera.distortion];
-    // Height and field of view are measured against themselves.
-    let shares = [errors[0] / values[0], errors[1], errors[2] / values[2], errors[3]];
+    let mut sensitivity = determined(sensitivity)?;
+    let (mut errors, mut shares) = errors(&problem, &fit, &sensitivity);
     if let Some(i) = (0..4).find(|&i| shares[i] > OPEN[i]) {
         return Err(CalibrateError::Undetermined { number: LIMITS[i].0 });
     }
-    camera.check(size.0, size.1)?;
+    // What is at its limit does not follow the points: the others are fitted to it, as to what is given.
+    let held: [bool; 4] = std::array::from_fn(|i| free[i] && problem.at_limit(&fit.camera, i));
+    if held.contains(&true) {
+        problem.free = std::array::from_fn(|i| free[i] && !held[i]);
+        fit = problem.descend(fit.camera).ok_or(CalibrateError::Nowhere)?;
+        sensitivity = determined(problem.sensitivity(&fit.camera))?;
+        (errors, shares) = self::errors(&problem, &fit, &sensitivity);
+    }
+    let camera = fit.camera;
+    let values = [camera.height, camera.pitch, camera.field_of_view, camera.distortion];
+    camera.check(size.0, size.1).map_err(CalibrateError::Impossible)?;
 
     let mut warnings = Vec::new();
+    warnings.extend((0..4).filter(|&i| held[i]).map(|i| Warning::AtLimit { number: LIMITS[i].0 }));
     warnings.extend((0..4).filter(|&i| shares[i] > POOR[i]).map(|i| Warning::Poor { number: LIMITS[i].0 }));
     let unknowns = free.iter().filter(|f| **f).count();
     if unknowns > 0 && measurements(points) == unknowns {
@@ -118,7 +127,7 @@ pub fn calibrate(points: &[Point], known: &Known, size: (u32, u32)) -> Result<Ca
     let numbers = std::array::from_fn(|i| Number {
         name: LIMITS[i].0,
         value: values[i],
-        standard_error: free[i].then_some(errors[i]),
+        standard_error: problem.free[i].then_some(errors[i]),
         source: match (free[i], given[i]) {
             (true, _) => Source::Fitted,
             (false, Some(_)) => Source::Given,
@@ -138,6 +147,18 @@ pub fn calibrate(points: &[Point], known: &Known, size: (u32, u32)) -> Result<Ca
         residuals,
         warnings,
     })
+}
+
+fn determined(sensitivity: Result<Sensitivity, Undetermined>) -> Result<Sensitivity, CalibrateError> {
+    sensitivity.map_err(|Undetermined(i)| CalibrateError::Undetermined { number: LIMITS[i].0 })
+}
+
+/// The standard errors, and the same as [`OPEN`] and [`POOR`] count them.
+fn errors(problem: &Problem, fit: &Fit, sensitivity: &Sensitivity) -> ([f64; 4], [f64; 4]) {
+    let Camera { height, field_of_view, .. } = fit.camera;
+    let errors = sensitivity.standard_errors(&fit.camera, noise(problem, fit));
+    // Height and field of view are measured against themselves.
+    (errors, [errors[0] / height, errors[1], errors[2] / field_of_view, errors[3]])
 }
 
 fn measurements(points: &[Point]) -> usize {

@@ -150,6 +150,26 @@ fn a_given_distortion_is_held() {
 }
 
 #[test]
+fn a_distortion_at_its_limit_is_warned_of_and_has_no_standard_error() {
+    let limit = Camera::distortion_limit(SIZE.0, SIZE.1);
+    let lefts = [&LEFTS[..], &[-2.5, -1.6, 1.6, 2.5]].concat();
+    for (bent, at) in [(-0.62, -limit), (0.62, limit)] {
+        let truth = Camera { distortion: bent, ..TRUTH };
+        let found = calibrate(&points(&truth, &AHEADS, &lefts, 0.0, 1), &Known::default(), SIZE);
+        let found = found.unwrap_or_else(|e| panic!("{bent}: {e}"));
+        assert!(found.warnings.contains(&Warning::AtLimit { number: "distortion" }), "{found:?}");
+        let distortion = found.numbers[3];
+        assert!((distortion.value - at).abs() < 1e-5 && distortion.source == Source::Fitted, "{found:?}");
+        assert_eq!(distortion.standard_error, None);
+        assert!(found.numbers[..3].iter().all(|n| n.standard_error.is_some_and(|e| e > 0.0)), "{found:?}");
+        found.camera.check(SIZE.0, SIZE.1).expect("possible");
+    }
+    let within = Camera { distortion: 0.005 - limit, ..TRUTH };
+    let found = calibrate(&points(&within, &AHEADS, &LEFTS, 0.0, 1), &Known::default(), SIZE).expect("sound");
+    assert!(found.warnings.is_empty() && found.numbers[3].standard_error.is_some(), "{found:?}");
+}
+
+#[test]
 fn points_that_do_not_span_the_image_leave_distortion_alone() {
     let narrow = points(&TRUTH, &[0.4, 0.5, 0.6, 0.7, 0.8], &[-0.2, 0.0, 0.2], 0.0, 1);
     let found = calibrate(&narrow, &Known { height: Some(0.8), ..Known::default() }, SIZE).expect("sound");

@@ -27,7 +27,7 @@ pub struct Number {
     pub name: &'static str,
     /// Its value.
     pub value: f64,
-    /// Its standard error, if it was fitted.
+    /// Its standard error, if it was fitted and is not at the limit of what it may be.
     pub standard_error: Option<f64>,
     /// Where it comes from.
     pub source: Source,
@@ -56,6 +56,11 @@ pub enum Warning {
         /// How far the others are off without it, in pixels (RMS).
         rms_without: f64,
     },
+    /// A number that the points push against the limit of what it may be.
+    AtLimit {
+        /// Its name.
+        number: &'static str,
+    },
     /// A number that the points hardly determine.
     Poor {
         /// Its name.
@@ -79,6 +84,17 @@ impl std::fmt::Display for Warning {
                 f,
                 "line {line} does not go with the other points, which without it are off by {rms_without:.2} \
                  pixels; check it"
+            ),
+            Warning::AtLimit { number: number @ "distortion" } => write!(
+                f,
+                "`{number}` came out at the limit of what it may be, and the other numbers make up for the rest; check \
+                 the points, and if the lens does bend so much, cut the images to their middle, where it bends less"
+            ),
+            Warning::AtLimit { number } => write!(
+                f,
+                "`{number}` came out at the limit of what it may be, and the other numbers make up for the rest; \
+                 check the points, or {}",
+                remedy(number)
             ),
             Warning::Poor { number } => {
                 write!(f, "the points hardly determine `{number}`; {}", remedy(number))
@@ -111,9 +127,14 @@ fn remedy(number: &str) -> &'static str {
 /// Why there is no calibration.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CalibrateError {
-    /// A number given is impossible, or the camera that came out is.
+    /// A number given is impossible.
     #[error("{0}")]
     Camera(#[from] CameraError),
+    /// The camera that fits best is impossible.
+    #[error(
+        "the camera that shows these points so is impossible: {0}; check the points and the numbers given"
+    )]
+    Impossible(CameraError),
     /// Fewer measurements than unknowns.
     #[error(
         "{measurements} measurements cannot give {unknowns} numbers ({names}); add points (one with `left` counts \

@@ -21,7 +21,7 @@ use toml::Spanned;
 
 use super::{Camera, CameraError};
 
-/// Far above any camera's file; what is longer is none.
+/// Far above any camera's file; what is longer is none, and refused, for what is cut may be another camera.
 const MAX_BYTES: u64 = 1 << 20;
 
 /// A camera's file that cannot be used.
@@ -34,6 +34,14 @@ pub enum CameraFileError {
         path: PathBuf,
         /// Why it failed.
         source: io::Error,
+    },
+    /// It is far longer than any camera's file.
+    #[error("{}: larger than {} MiB, which no camera's file is", path.display(), limit >> 20)]
+    TooLong {
+        /// The file.
+        path: PathBuf,
+        /// The largest size, in bytes.
+        limit: u64,
     },
     /// It is not TOML, or a number is missing, unknown or no number.
     #[error(
@@ -86,12 +94,16 @@ impl Camera {
     /// Reads a camera's file. What depends on the image size is not checked yet; see [`Camera::check`].
     ///
     /// # Errors
-    /// If the file cannot be read; else as [`Camera::from_toml`].
+    /// If the file cannot be read, or is larger than 1 MiB; else as [`Camera::from_toml`].
     pub fn load(path: &Path) -> Result<Camera, CameraFileError> {
-        let mut text = String::new();
-        File::open(path)
-            .and_then(|file| file.take(MAX_BYTES).read_to_string(&mut text))
-            .map_err(|source| CameraFileError::Read { path: path.to_path_buf(), source })?;
+        let unread = |source| CameraFileError::Read { path: path.to_path_buf(), source };
+        let mut bytes = Vec::new();
+        File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes)).map_err(unread)?;
+        if bytes.len() as u64 > MAX_BYTES {
+            return Err(CameraFileError::TooLong { path: path.to_path_buf(), limit: MAX_BYTES });
+        }
+        let text = String::from_utf8(bytes)
+            .map_err(|e| unread(io::Error::new(io::ErrorKind::InvalidData, e.utf8_error())))?;
         Camera::from_toml(&text, &path.display().to_string())
     }
 
@@ -209,7 +221,15 @@ mod tests {
         assert!(complaint(&path).contains("vsonar calibrate"));
         std::fs::write(&path, b"height = \xff").expect("writable");
         assert!(complaint(&path).contains("UTF-8"), "{}", complaint(&path));
-        std::fs::write(&path, "height = 1\npitch = 2\nfield_of_view = 3\n").expect("writable");
+        let sound = "height = 1\npitch = 2\nfield_of_view = 3\n";
+        std::fs::write(&path, sound).expect("writable");
         assert_eq!(Camera::load(&path).expect("sound").height, 1.0);
+        // What is cut would be a camera without its distortion. The sign of two bytes lies across the limit.
+        let filled = |bytes: usize| format!("{sound}#{}", "é".repeat(bytes / 2 - sound.len() / 2));
+        std::fs::write(&path, filled(1 << 20) + "\ndistortion = -0.3\n").expect("writable");
+        let said = complaint(&path);
+        assert!(said.contains("camera.toml: larger than 1 MiB"), "{said}");
+        std::fs::write(&path, filled((1 << 20) - 100) + "\ndistortion = -0.3\n").expect("writable");
+        assert_eq!(Camera::load(&path).expect("sound").distortion, -0.3);
     }
 }

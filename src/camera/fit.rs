@@ -24,6 +24,9 @@ const STEPS: usize = 100;
 /// A normal matrix, scaled to ones on its diagonal, is singular if a pivot falls below this.
 const SINGULAR: f64 = 1e-9;
 
+/// A number is at its limit if it is as near as this share of it.
+const AT_LIMIT: f64 = 1e-6;
+
 /// What there is to fit to.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Problem<'p> {
@@ -58,18 +61,11 @@ fn vector(camera: &Camera) -> Vector {
 
 /// The camera with the free numbers of a vector, kept within what is possible, and its own of the rest.
 fn with(camera: &Camera, vector: &Vector, problem: &Problem) -> Camera {
-    let (width, height) = problem.size;
-    let limit = Camera::distortion_limit(width, height);
     let [h, pitch, tangent, k] = *vector;
-    let new = [
-        libm::exp(h),
-        pitch.to_degrees(),
-        (2.0 * libm::atan(libm::exp(tangent))).to_degrees(),
-        k.clamp(-limit, limit),
-    ];
+    let new = [libm::exp(h), pitch.to_degrees(), (2.0 * libm::atan(libm::exp(tangent))).to_degrees(), k];
     let mut numbers = [camera.height, camera.pitch, camera.field_of_view, camera.distortion];
     for i in (0..NUMBERS).filter(|&i| problem.free[i]) {
-        let (_, min, max, _) = LIMITS[i];
+        let (min, max) = problem.limits(i);
         numbers[i] = new[i].clamp(min, max);
     }
     let [height, pitch, field_of_view, distortion] = numbers;
@@ -77,6 +73,20 @@ fn with(camera: &Camera, vector: &Vector, problem: &Problem) -> Camera {
 }
 
 impl Problem<'_> {
+    /// The least and the greatest that a number may be in the fit.
+    fn limits(&self, i: usize) -> (f64, f64) {
+        let (_, min, max, _) = LIMITS[i];
+        let bend = Camera::distortion_limit(self.size.0, self.size.1);
+        if i == 3 { (min.max(-bend), max.min(bend)) } else { (min, max) }
+    }
+
+    /// Whether a number of a fit is where the fit would not let it go on: as near as makes no difference.
+    pub(super) fn at_limit(&self, camera: &Camera, i: usize) -> bool {
+        let number = [camera.height, camera.pitch, camera.field_of_view, camera.distortion][i];
+        let (min, max) = self.limits(i);
+        number <= min + AT_LIMIT * min.abs() || number >= max - AT_LIMIT * max.abs()
+    }
+
     /// Calculated less measured column and row of every point, but the row alone where `left` is not known. `None`
     /// where a point is not in front of the camera.
     pub(super) fn residuals(&self, camera: &Camera) -> Option<Vec<f64>> {

@@ -83,8 +83,9 @@ pub enum CameraError {
     },
     /// A distortion for which the image folds onto itself before its corners.
     #[error(
-        "the camera's `distortion` is {value}, but must be -{limit:.3} to {limit:.3} for images of {width} x {height} \
-         pixels: beyond, rays of different pixels would cross"
+        "the camera's `distortion` is {value}, but must be -{most} to {most} for images of {width} x {height} pixels: beyond, \
+         rays of different pixels would cross",
+        most = (limit * 1e4).floor() / 1e4
     )]
     Distortion {
         /// Its value.
@@ -127,6 +128,20 @@ impl Camera {
     pub fn check_numbers(&self) -> Result<(), CameraError> {
         let values = [self.height, self.pitch, self.field_of_view, self.distortion];
         for (value, (field, min, max, unit)) in values.into_iter().zip(LIMITS) {
+            if !(min..=max).contains(&value) {
+                return Err(CameraError::Number { field, value, min, max, unit });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether height, pitch and field of view are within narrower limits, least and greatest.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub(crate) fn check_within(&self, limits: [(f64, f64); 3]) -> Result<(), CameraError> {
+        let values = [self.height, self.pitch, self.field_of_view];
+        for ((value, (min, max)), (field, _, _, unit)) in values.into_iter().zip(limits).zip(LIMITS) {
             if !(min..=max).contains(&value) {
                 return Err(CameraError::Number { field, value, min, max, unit });
             }
@@ -243,6 +258,18 @@ fn pixel((width, height): (u32, u32), x: f64, y: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_limit_as_it_is_printed_may_be_typed() {
+        for (width, height) in [(320, 240), (640, 480), (100, 700), (16, 16)] {
+            let camera = |distortion| Camera { height: 0.8, pitch: 51.0, field_of_view: 90.0, distortion };
+            let error = camera(0.9).check(width, height).expect_err("beyond").to_string();
+            let printed = error.split(" to ").nth(1).and_then(|rest| rest.split(' ').next());
+            let limit: f64 = printed.and_then(|text| text.parse().ok()).expect("a number");
+            camera(limit).check(width, height).expect("as printed");
+            camera(limit + 1e-4).check(width, height).expect_err("more than printed");
+        }
+    }
 
     #[test]
     fn floor_and_image_are_each_others_reverse() {

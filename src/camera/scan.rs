@@ -69,9 +69,10 @@ impl Scan {
             let bearings = columns.iter().map(|&column| ground.locate(column, row).bearing);
             bearings.fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), b| (min.min(b), max.max(b)))
         };
-        // Bearings go from one of these to the other as the row does.
-        let (top, bottom) = (spread(0.0), spread(ground.last_row()));
-        let (angle_min, angle_max) = (top.0.min(bottom.0), top.1.max(bottom.1));
+        let top = spread(0.0);
+        // With a pincushion lens the widest bearing is between the top and the bottom.
+        let rows = (1..=ground.last_row() as u32).map(|row| spread(row as f32));
+        let (angle_min, angle_max) = rows.fold(top, |all, row| (all.0.min(row.0), all.1.max(row.1)));
         if columns.len() < 2 {
             let angle = if columns.is_empty() { 0.0 } else { (angle_min + angle_max) / 2.0 };
             return Scan { angle_min: angle, angle_max: angle, angles: columns.len() };
@@ -203,6 +204,26 @@ mod tests {
         // A column without an answer does not hide an obstacle beside it.
         let message = scan([f32::NAN, f32::NAN, 100.0, f32::NAN, f32::NAN, f32::NAN]);
         assert!(message.ranges.iter().any(|r| r.is_finite()), "{message:?}");
+    }
+
+    #[test]
+    fn with_a_pincushion_lens_every_bearing_is_between_the_ends() {
+        for (pitch, field_of_view) in [(0.0, 120.0), (10.0, 90.0), (51.0, 90.0)] {
+            let camera = Camera { height: 0.8, pitch, field_of_view, distortion: 0.5 };
+            camera.check(320, 240).expect("possible");
+            let ground = Ground::new(&camera, 320, 240);
+            let scan = Scan::new(&ground, &COLUMNS);
+            for row in (0..960).map(|quarter| quarter as f32 / 4.0) {
+                for column in COLUMNS {
+                    let found = ground.locate(column, row);
+                    let message = scan.fill(&[found], 1e9, 0.1);
+                    let (min, max) = (message.angle_min - 1e-4, message.angle_max + 1e-4);
+                    assert!((min..=max).contains(&found.bearing), "{pitch}, {column}, {row}: {message:?}");
+                    let there = message.ranges[index(&message, found.bearing)];
+                    assert_eq!(there, found.distance, "{pitch}, {column}, {row}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! `vsonar calibrate`: the camera's height, pitch, field of view and distortion, from points on the floor.
 
-use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use vsonar::camera::calibrate::{self, CalibrateError, Calibration, Known, Number, Source};
@@ -11,9 +10,10 @@ use super::CliError;
 use super::output::{self, count, from_here};
 use super::program::size;
 use super::table::Table;
+use super::text_file;
 
-/// Far above any table of points.
-const MAX_BYTES: u64 = 16 << 20;
+/// Far above any table of points, in MiB.
+const LONGEST: u64 = 16;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -118,36 +118,36 @@ fn may_write(out: &Path, table: &Path, force: bool) -> Result<(), CliError> {
 }
 
 fn read(table: &Path) -> Result<Vec<points::Point>, CliError> {
-    let mut text = String::new();
-    File::open(table)
-        .and_then(|file| file.take(MAX_BYTES).read_to_string(&mut text))
-        .map_err(|e| CliError::file(table, "read the table", &e))?;
+    let text = text_file::read(table, "the table", LONGEST)?;
     Ok(points::read(&text, &table.display().to_string())?)
 }
 
 fn complaint(table: &Path, error: &CalibrateError) -> CliError {
     let table = table.display();
     match (error, error.line()) {
-        // It was typed.
+        // They were typed.
         (CalibrateError::Camera(error), _) => CliError::Usage(error.to_string()),
         (_, Some(line)) => CliError::Failed(format!("{table}:{line}: {error}")),
         (_, None) => CliError::Failed(format!("{table}: {error}")),
     }
 }
 
-/// The camera as it is written: what was fitted to as many places as can mean something, what was given as it was.
+/// The camera as it is written: what was fitted to as many places as can mean something, what was given as it was. A
+/// camera at the edge of the possible is not rounded over it.
 fn rounded(found: &Calibration) -> Camera {
     let round = |number: &Number, unit: f64| match number.source {
         Source::Fitted => (number.value * unit).round() / unit,
         _ => number.value,
     };
     let [height, pitch, field_of_view, distortion] = &found.numbers;
-    Camera {
+    let camera = Camera {
         height: round(height, 1e5),
         pitch: round(pitch, 1e4),
         field_of_view: round(field_of_view, 1e4),
         distortion: round(distortion, 1e6),
-    }
+    };
+    let (width, height) = found.size;
+    if camera.check(width, height).is_ok() { camera } else { found.camera }
 }
 
 /// What the camera's file says of its origin.

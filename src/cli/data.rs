@@ -9,6 +9,7 @@ use vsonar::world::{Corridor, FRAMES};
 
 use super::output;
 use super::program::size;
+use super::synth::not_rendered;
 use super::{CliError, data_import, data_video, recording, source_made};
 
 const EXAMPLES: &str = "\
@@ -85,8 +86,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             let mut corridor = Corridor { width, height, ..Corridor::default() };
             if let Some(path) = camera {
                 let camera = Camera::load(&path)?;
-                let checked = camera.check(width, height);
-                checked.map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?;
+                corridor.check_camera(&camera).map_err(|e| not_rendered(&path, &e))?;
                 corridor = corridor.seen_by(&camera);
             }
             recording::write(&dir, move |progress| Ok(corridor.render_told(seed, frames, progress)?))

@@ -20,7 +20,7 @@ use super::drive_sensor::{Against, Building, Others, Sensor, kind};
 use super::drive_tables::{Report, SensorReport, Timing, line, text};
 use super::drive_view::{Ended, Meter};
 use super::executor::with_stack;
-use super::jobs::{Cores, each_watched};
+use super::jobs::{Cores, each_watched, useful_threads};
 use super::new_folder::NewFolder;
 use super::program::Loaded;
 use super::run_columns::{self, Columns};
@@ -85,7 +85,7 @@ pub(crate) struct Args {
     /// Write run 1 of the program to the folder as a video too (Y4M, 69 MB for each simulated minute)
     #[arg(long, requires = "out")]
     video: bool,
-    /// Threads [default: one for each core]
+    /// Threads, at most four for each core [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,
     /// Print JSON instead of tables
@@ -107,7 +107,8 @@ const VIDEO: &str = "run-1.y4m";
 /// Drives and reports.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let mut folder = args.out.as_deref().map(NewFolder::check).transpose()?;
-    if let Some(threads) = args.threads {
+    let threads = args.threads.map(useful_threads);
+    if let Some(threads) = threads {
         // Whatever runs on rayon's own pool does so from here on: the office, the tuning, the pictures. The pool cannot
         // be there already, for nothing of this process has asked for it.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
@@ -143,6 +144,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let meter = Meter::start(Style::of(args.quiet, args.json), items.len() as u64, most);
     let drives = Drives {
         args: &args,
+        threads,
         seed: building.effective_seed(),
         office: &office,
         columns: &columns,
@@ -249,6 +251,7 @@ struct Item {
 /// What all runs share.
 struct Drives<'a> {
     args: &'a Args,
+    threads: Option<u16>,
     /// That of the building, and of the noise of the sonars.
     seed: Option<u64>,
     office: &'a Office,
@@ -268,7 +271,7 @@ impl Drives<'_> {
         folder: Option<&NewFolder>,
         meter: &Meter,
     ) -> (Vec<Vec<Run>>, Result<(), CliError>) {
-        let cores = Cores::new(None, self.args.threads, |threads| threads);
+        let cores = Cores::new(None, self.threads, |threads| threads);
         let mut runs = vec![Vec::new(); self.sensors.len()];
         let mut ended = Ended::default();
         let work = |item: &Item, _| self.one(*item, folder, meter);

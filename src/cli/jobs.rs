@@ -43,6 +43,13 @@ impl Cores {
     }
 }
 
+/// The threads of those asked for that are worth starting: more than a few for each core do nothing but wait, and to
+/// wake thousands takes longer than the runs.
+pub(crate) fn useful_threads(asked: u16) -> u16 {
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    asked.min(u16::try_from(cores.saturating_mul(4)).unwrap_or(u16::MAX))
+}
+
 /// Does `work` for each item in order, `cores.jobs` at a time, or all at once if there are fewer; it is told the item and the threads it has, and gives
 /// `None` if it was stopped. `done` is called in this thread with each result as it comes. After an error, and once
 /// `stop` is set, nothing new is begun; an error sets it.
@@ -108,6 +115,13 @@ pub(crate) fn each_watched<I: Sync, T: Send>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_threads_are_started_that_only_wait() {
+        let cores = std::thread::available_parallelism().expect("known").get();
+        assert_eq!([1, 2].map(useful_threads), [1, 2]);
+        assert!(usize::from(useful_threads(u16::MAX)) <= 4 * cores);
+    }
 
     #[test]
     fn cores_are_shared() {

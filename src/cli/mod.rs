@@ -66,6 +66,7 @@ mod summary;
 mod sweep;
 mod synth;
 mod table;
+mod text_file;
 mod tuning;
 mod view;
 

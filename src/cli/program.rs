@@ -1,6 +1,5 @@
 //! A program from a file: as evolved (.gp), or in the compiler's own text form (.vir).
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use vsonar::export::Provenance;
@@ -9,8 +8,8 @@ use vsonar::tree::Individual;
 
 use super::CliError;
 
-/// Far above the text of any program.
-const MAX_BYTES: u64 = 64 << 20;
+/// Far above the text of any program, in MiB.
+const LONGEST: u64 = 64;
 
 /// What a file holds.
 #[derive(Debug)]
@@ -29,10 +28,7 @@ impl Loaded {
             let (individual, text) = Individual::load_with_text(path)?;
             return Ok(Loaded::Individual(individual, text));
         }
-        let mut source = String::new();
-        std::fs::File::open(path)
-            .and_then(|file| file.take(MAX_BYTES).read_to_string(&mut source))
-            .map_err(|e| CliError::file(path, "read the program", &e))?;
+        let source = super::text_file::read(path, "the program", LONGEST)?;
         let program = text::parse(&source);
         program
             .map(|program| Loaded::Program(Box::new(program)))

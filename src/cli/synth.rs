@@ -1,15 +1,13 @@
 //! `vsonar synth`: the recordings of synthetic offices as data folders.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use vsonar::camera::Camera;
+use vsonar::camera::{Camera, CameraError};
 use vsonar::dataset::Dataset;
 use vsonar::world::Progress;
-use vsonar::world::office::{Office, Plan, Setup, World, record_told};
+use vsonar::world::office::{Office, OfficeError, Plan, Setup, World, record_told};
 
-use super::{CliError, recording};
+use super::{CliError, recording, text_file};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -66,28 +64,42 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     })
 }
 
-/// The longest plan, in bytes; the library refuses what is longer, so one more is read.
-const LONGEST: u64 = 1 << 20;
+/// The longest plan, in MiB; the library reads no longer ones.
+const LONGEST: u64 = 1;
 /// Images of a building of one's own.
 const FRAMES: usize = 70;
 
 /// What is recorded in the building of a file.
 fn planned(path: &Path, args: &Args, progress: &Progress) -> Result<Dataset, CliError> {
-    let mut text = String::new();
-    File::open(path)
-        .and_then(|file| file.take(LONGEST + 1).read_to_string(&mut text))
-        .map_err(|e| CliError::file(path, "read the plan", &e))?;
+    let text = text_file::read(path, "the plan", LONGEST)?;
     let plan: Plan = text.parse().map_err(|e| CliError::Failed(located(path, &format!("{e}"))))?;
     let mut setup = Setup::default();
     if let Some(path) = &args.camera {
         let camera = Camera::load(path)?;
-        let checked = camera.check(setup.width, setup.height);
-        checked.map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?;
+        setup.check_camera(&camera).map_err(|e| not_rendered(path, &e))?;
         setup = setup.seen_by(&camera);
     }
     let office = Office::build(&plan, &setup, 0)?;
     let (frames, seed) = (args.frames.unwrap_or(FRAMES), args.seed.unwrap_or(1));
-    Ok(record_told(&office, "plan", frames, seed, progress)?)
+    record_told(&office, "plan", frames, seed, progress).map_err(|e| match e {
+        OfficeError::Start { start, .. } => {
+            let line = line_of_start(&text, start).map_or(String::new(), |line| format!("{line}:"));
+            CliError::Failed(format!("{}:{line} {e}", path.display()))
+        }
+        OfficeError::NoStart { .. } => CliError::Failed(format!("{}: {e}", path.display())),
+        e => e.into(),
+    })
+}
+
+/// Where in the text of a plan its start of this number is, the first being 0: a line, from 1.
+fn line_of_start(text: &str, start: usize) -> Option<usize> {
+    let is_start = |line: &str| line.split_whitespace().next().is_some_and(|word| word == "start");
+    text.lines().enumerate().filter(|(_, line)| is_start(line)).nth(start).map(|(i, _)| i + 1)
+}
+
+/// A camera's file that can be right, but by which no pictures are rendered.
+pub(crate) fn not_rendered(path: &Path, error: &CameraError) -> CliError {
+    CliError::Failed(format!("{}: no pictures are rendered by this camera: {error}", path.display()))
 }
 
 /// `FILE:3: ...` for what begins with `line 3: `, as compilers have it.

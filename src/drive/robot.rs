@@ -30,7 +30,7 @@ pub struct Body {
     pub acceleration: f64,
 }
 
-/// About a Pioneer, an indoor robot of the time: 0.44 m wide.
+/// About a Pioneer, an indoor robot of the time: 0.48 m wide.
 impl Default for Body {
     fn default() -> Body {
         Body { radius: 0.24, axle: 0.33, max_speed: 0.5, acceleration: 0.6 }

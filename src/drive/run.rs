@@ -10,7 +10,7 @@ use super::robot::{Body, Robot, add};
 use super::source::{RangeSource, Rows, Sight};
 use super::wander::{self, Wander};
 use crate::detector::{DetectError, Motion};
-use crate::world::office::{FRAME_RATE, Moment, Office, Place, Thing};
+use crate::world::office::{FRAME_RATE, Moment, Office, OfficeError, Place, Thing};
 
 /// Steps of the wheels between two frames: 50 a second.
 const STEPS: u32 = 5;
@@ -121,6 +121,9 @@ pub enum DriveError {
     /// The detector is for other pictures.
     #[error(transparent)]
     Detect(#[from] DetectError),
+    /// It cannot stand where the run begins.
+    #[error(transparent)]
+    Start(#[from] OfficeError),
     /// Whoever watches could not write.
     #[error(transparent)]
     Watch(#[from] std::io::Error),
@@ -131,7 +134,7 @@ pub enum DriveError {
 /// The run is a function of office, sensor, settings and number.
 ///
 /// # Errors
-/// If the detector does not take the office's pictures, or `watch` fails.
+/// If the body cannot stand where the run begins, the detector does not take the office's pictures, or `watch` fails.
 pub fn drive(
     office: &Office,
     source: &mut dyn RangeSource,
@@ -140,7 +143,7 @@ pub fn drive(
     stop: &AtomicBool,
     mut watch: impl FnMut(&Frame<'_>) -> std::io::Result<()>,
 ) -> Result<Option<Run>, DriveError> {
-    let mut robot = Robot::new(settings.body, office.start(number));
+    let mut robot = Robot::new(settings.body, office.free_start(number, settings.body.radius)?);
     let seed = settings.wander.seed.wrapping_add(number);
     let sensor_ahead = source.ahead();
     let body_radius = settings.body.radius;

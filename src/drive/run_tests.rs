@@ -1,6 +1,6 @@
 use super::*;
 use crate::drive::wander::{Reach, Reading, View};
-use crate::world::office::Kind;
+use crate::world::office::{Kind, Setup};
 
 /// Says the same all the time.
 struct Fixed(Reach);
@@ -36,6 +36,19 @@ fn driven(reach: Reach, seconds: f64) -> Run {
     let settings = Settings { seconds, ..Settings::default() };
     let run = drive(&office, &mut Fixed(reach), &settings, 2, &AtomicBool::new(false), |_| Ok(()));
     run.expect("nothing is detected").expect("nobody stops it")
+}
+
+#[test]
+fn no_run_begins_where_the_body_cannot_stand() {
+    let plan = "plan 1\nroom 0 12 -1.2 1.2\nstart 6 0 0\nstart 6 1.2 0\n".parse().expect("a plan");
+    let office = Office::build(&plan, &Setup::default(), 1).expect("sound");
+    let settings = Settings { seconds: 0.2, ..Settings::default() };
+    let run = |number| {
+        let mut source = Fixed(Reach::Free(5.0));
+        drive(&office, &mut source, &settings, number, &AtomicBool::new(false), |_| Ok(()))
+    };
+    assert!(run(0).is_ok());
+    assert!(matches!(run(1), Err(DriveError::Start(OfficeError::Start { start: 1, .. }))));
 }
 
 #[test]

@@ -24,7 +24,7 @@
 
 use rayon::prelude::*;
 
-use crate::camera::Camera;
+use crate::camera::{Camera, CameraError};
 use crate::dataset::{Case, Dataset, NamedImage};
 use camera::Lens;
 pub use progress::Progress;
@@ -101,6 +101,10 @@ impl Default for Corridor {
 /// The largest side of a picture, in pixels.
 const LARGEST: u32 = 4096;
 
+/// Least and greatest height in metres, pitch and field of view in degrees of a camera that pictures are rendered by:
+/// what the limits of the settings, which are radians, come to.
+const CAMERAS: [(f64, f64); 3] = [(0.05, 2.0), (0.0, 85.9), (5.8, 171.8)];
+
 impl Corridor {
     /// The same building seen by a calibrated camera.
     #[must_use]
@@ -112,6 +116,15 @@ impl Corridor {
             camera_height: camera.height,
             ..self
         }
+    }
+
+    /// Whether pictures of this size can be rendered as a camera sees.
+    ///
+    /// # Errors
+    /// The first of the camera's numbers that is impossible, or that no pictures are rendered by.
+    pub fn check_camera(&self, camera: &Camera) -> Result<(), CameraError> {
+        camera.check_within(CAMERAS)?;
+        camera.check(self.width, self.height)
     }
 
     /// Drives through the building of this seed and takes so many pictures, named `corridor_0000.png` onward.

@@ -131,6 +131,29 @@ fn warnings() {
 }
 
 #[test]
+fn a_distortion_at_its_limit_is_written_so_that_it_can_be_read() {
+    let place = Place::new();
+    let (size, bent) = ((640, 480), Camera { distortion: -0.62, ..TRUTH });
+    let mut table = "column,row,ahead,left\n".to_string();
+    for ahead in [0.1, 0.3, 0.6, 1.0, 1.5, 2.2] {
+        for (left, (column, row)) in
+            LEFTS.iter().filter_map(|&left| Some((left, bent.project(size, ahead, left)?)))
+        {
+            if (0.0..=639.0).contains(&column) && (0.0..=479.0).contains(&row) {
+                table += &format!("{column:.3},{row:.3},{ahead},{left}\n");
+            }
+        }
+    }
+    place.write("points.csv", table);
+    let text = place.ok(&["calibrate", "points.csv", "--size", "640x480", "--out", "camera.toml"]);
+    assert!(text.contains("Warning: `distortion` came out at the limit"), "{text}");
+    let distortion = text.lines().find(|line| line.contains("distortion")).unwrap_or_default();
+    assert!(distortion.contains("-0.5743") && !distortion.contains('±'), "{text}");
+    let camera = Camera::load(&place.path("camera.toml")).expect("sound");
+    camera.check(640, 480).expect("possible");
+}
+
+#[test]
 fn a_camera_is_not_overwritten_unasked() {
     let place = place();
     place.write("camera.toml", "mine");
@@ -195,6 +218,16 @@ fn tables_that_cannot_be_used() {
     place.write("t.csv", "column,row,ahead,left\n80,200,0.3,0.2\n160,130,1,0\n160,20,3,0\n");
     let level = ["calibrate", "t.csv", "--height", "0.8", "--pitch", "0", "--fov", "90"];
     assert!(place.fails(1, &level).starts_with("error: t.csv:"));
+    // Nobody typed the pitch that comes out.
+    place.write("t.csv", "column,row,ahead\n160,239.4,10000\n");
+    let up = ["calibrate", "t.csv", "--height", "0.8", "--fov", "90", "--distortion", "0"];
+    let complaint = place.fails(1, &up);
+    assert!(complaint.starts_with("error: t.csv: ") && complaint.contains("check the points"), "{complaint}");
+    // What is behind the limit counts, too.
+    let cut = format!("{}#{}\ngarbage\n", place.read("points.csv"), "x".repeat(16 << 20));
+    place.write("t.csv", cut);
+    let complaint = place.fails(1, &["calibrate", "t.csv"]);
+    assert!(complaint.contains("t.csv: larger than 16 MiB"), "{complaint}");
     place.write("t.csv", b"column,row\xff");
     assert!(place.fails(1, &["calibrate", "t.csv"]).contains("t.csv: cannot read the table"));
     assert!(place.fails(1, &["calibrate", "none.csv"]).contains("none.csv: cannot read the table"));

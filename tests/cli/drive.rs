@@ -168,6 +168,7 @@ fn json_and_the_folder_say_the_same_whatever_the_threads() {
     let one = json(&["--threads", "1"]);
     let two = json(&["--threads", "2", "--out", "out", "--video"]);
     assert_eq!(one, two);
+    assert_eq!(one, json(&["--threads", "4096"]));
     assert_eq!(one["sensors"][0]["runs"][1]["number"], 2);
     assert_eq!(one["sensors"][1]["summary"]["accuracy"]["errors"], 0);
     assert_eq!(one["published"][0]["metres"], 133.0);

@@ -39,6 +39,10 @@ fn a_building_of_ones_own() {
     place.write("bad.plan", "plan 1\nroom 0 12 -1.2 1.2\nbin 6 0.9 tall\n");
     let bad = place.fails(1, &["synth", "--plan", "bad.plan", "--out", "new"]);
     assert!(bad.contains("bad.plan:3: `bin` has 3 numbers"), "{bad}");
+    // The limit lies within a character of two bytes.
+    place.write("long.plan", format!("plan 1\nroom 0 12 -1.2 1.2\n#{}", "é".repeat(1 << 19)));
+    let long = place.fails(1, &["synth", "--plan", "long.plan", "--out", "new"]);
+    assert!(long.contains("long.plan: larger than 1 MiB"), "{long}");
     place.write("none.plan", "plan 1\n");
     assert!(
         place
@@ -55,6 +59,51 @@ fn a_building_of_ones_own() {
             .fails(2, &["synth", "--world", "nsh", "--camera", "camera.toml", "--out", "new"])
             .contains("cannot be used with")
     );
+}
+
+#[test]
+fn a_robot_that_cannot_stand_at_its_start_is_an_error() {
+    let place = Place::new();
+    let fails = |plan: &str| {
+        place.write("own.plan", plan);
+        place.fails(1, &["synth", "--plan", "own.plan", "--frames", "1", "--out", "new"])
+    };
+    // On a wall, next to one, in a box, before the second start; a comment is none.
+    for (line, x, y) in [(4, 6.0, 1.2), (4, 6.0, -1.2), (4, 6.0, 1.0), (6, 9.0, 0.0)] {
+        let filled = "# start 1 1 1\n".repeat(line - 4);
+        let plan = "plan 1\nroom 0 12 -1.2 1.2\nbox 9 0 1 1 1 0.2\n";
+        let said = fails(&format!("{plan}{filled}  start {x} {y} 90 # here\nstart 6 0 0\n"));
+        let place = format!("error: own.plan:{line}: a robot 0.48 m wide cannot stand at ({x}, {y})");
+        assert!(said.starts_with(&place) && said.contains("move the `start`"), "{said}");
+    }
+    let said = fails("plan 1\nroom 0 0.3 0 0.3\n");
+    assert!(said.starts_with("error: own.plan: no place was found") && said.contains("0.48 m"), "{said}");
+    place.write("own.plan", "plan 1\nroom 0 12 -1.2 1.2\nstart 6 0.95 0\n");
+    place.ok(&["synth", "--plan", "own.plan", "--frames", "1", "--out", "new"]);
+}
+
+#[test]
+fn a_camera_that_no_pictures_are_rendered_by_is_named_with_its_file() {
+    let place = Place::new();
+    place.write("own.plan", "plan 1\nroom 0 12 -1.2 1.2\n");
+    for (height, pitch, view, said) in [
+        (
+            "0.8",
+            "51.0",
+            "175.0",
+            ["`field_of_view` is 175, but must be 6 to 170 degrees", "5.8 to 171.8 degrees"],
+        ),
+        ("0.8", "-10.0", "90.0", ["`pitch` is -10, but must be 0 to 85 degrees", "0 to 85.9 degrees"]),
+        ("2.5", "51.0", "90.0", ["`height` is 2.5, but must be 0.05 to 1.8 metres", "0.05 to 2 metres"]),
+    ] {
+        place.write("c.toml", format!("height = {height}\npitch = {pitch}\nfield_of_view = {view}\n"));
+        let office = ["synth", "--plan", "own.plan", "--camera", "c.toml", "--out", "new"];
+        let corridor = ["data", "synth", "new", "--camera", "c.toml"];
+        for (command, said) in [&office[..], &corridor].into_iter().zip(said) {
+            let complaint = place.fails(1, command);
+            assert!(complaint.starts_with("error: c.toml: ") && complaint.contains(said), "{complaint}");
+        }
+    }
 }
 
 #[test]

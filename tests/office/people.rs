@@ -52,7 +52,7 @@ fn nobody_walks_through_things_or_walls() {
 
 /// Distance from the robot to the nearest person in all shots of a drive.
 fn nearest(office: &Office, frames: usize, seed: u64) -> f64 {
-    let shots = drive(office, frames, seed);
+    let shots = drive(office, frames, seed).unwrap();
     let mut least = f64::INFINITY;
     for shot in &shots {
         for (x, y, radius) in shot.moment(office).people() {

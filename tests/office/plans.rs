@@ -1,9 +1,15 @@
 //! Plans: their text goes both ways, and no text does harm.
 
+use std::cell::Cell;
+
 use proptest::collection::vec as many;
 use proptest::prelude::*;
+use proptest::sample::select;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use vsonar::world::geometry::Room;
-use vsonar::world::office::{Item, ItemKind, Kind, Light, Person, Plan, PlanError, Start, Stripe};
+use vsonar::world::office::{
+    Item, ItemKind, Kind, Light, Office, OfficeError, Person, Plan, PlanError, Setup, Start, Stripe, record,
+};
 
 fn fault(text: &str) -> PlanError {
     format!("plan 1\nroom 0 10 -1 1\n{text}").parse::<Plan>().unwrap_err()
@@ -111,7 +117,7 @@ proptest! {
     }
 
     #[test]
-    fn no_text_does_harm(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+    fn no_bytes_do_harm(bytes in many(any::<u8>(), 0..300)) {
         let text = String::from_utf8_lossy(&bytes);
         let _ = text.parse::<Plan>();
         let _ = format!("plan 1\n{text}").parse::<Plan>();
@@ -126,4 +132,144 @@ proptest! {
             prop_assert_eq!(plan.to_string().parse::<Plan>().unwrap(), plan);
         }
     }
+}
+
+/// The words that lines begin with, and how many numbers follow as a rule.
+const KEYWORDS: [(&str, usize); 22] = [
+    ("seed", 1),
+    ("ceiling", 1),
+    ("carpet", 2),
+    ("wall", 2),
+    ("skirting", 2),
+    ("room", 4),
+    ("stripe", 5),
+    ("door", 4),
+    ("glass", 4),
+    ("light", 5),
+    ("person", 8),
+    ("start", 3),
+    ("box", 6),
+    ("cabinet", 7),
+    ("table", 6),
+    ("chair", 7),
+    ("bin", 6),
+    ("pillar", 6),
+    ("plant", 6),
+    ("suitcase", 7),
+    ("cone", 6),
+    ("drawer", 7),
+];
+
+/// A number as a plan may have it: mostly an ordinary one, sometimes at or beyond a limit, sometimes none.
+fn number() -> impl Strategy<Value = String> {
+    let odd =
+        ["0", "-0", "0.05", "0.01", "0.005", "1", "-1", "1.2", "5", "20", "360", "-500", "501", "1e9", "nan"];
+    let odd = odd.into_iter().chain(["-inf", "1e-320", "x", "1,5", "0x1"]);
+    prop_oneof![
+        40 => (5i32..95).prop_map(|n| format!("{}", f64::from(n) / 100.0)),
+        2 => select(odd.map(String::from).collect::<Vec<_>>()),
+    ]
+}
+
+/// A line of a word and numbers, mostly as many as belong there.
+fn line() -> impl Strategy<Value = String> {
+    let numbers = |count: usize| prop_oneof![30 => many(number(), count), 1 => many(number(), 0..9)];
+    select(&KEYWORDS[..]).prop_flat_map(move |(word, count)| {
+        let line = move |numbers: Vec<String>| format!("{word} {}", numbers.join(" "));
+        numbers(count).prop_map(line)
+    })
+}
+
+/// Takes a small picture of a drive through what a plan builds; false if a robot cannot stand at its start.
+fn is_recorded(plan: &Plan) -> bool {
+    let small = Setup { width: 16, height: 16, columns: 3, ..Setup::default() };
+    let office = Office::build(plan, &small, 1).expect("it is sound");
+    match record(&office, "any", 1, 1) {
+        Ok(set) => {
+            assert_eq!((set.images().len(), set.cases().len()), (1, 3));
+            true
+        }
+        Err(OfficeError::Start { .. } | OfficeError::NoStart { .. }) => false,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// A runner that draws the same each time, so that what it meets is known.
+fn runner(cases: u32) -> TestRunner {
+    let config = Config { failure_persistence: None, ..Config::with_cases(cases) };
+    TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::default()))
+}
+
+#[test]
+fn no_lines_do_harm() {
+    let (sound, recorded) = (Cell::new(0), Cell::new(0));
+    let outcome = runner(400).run(&many(line(), 0..8), |lines| {
+        let text = format!("plan 1\nroom 0 3 0 2\n{}\n", lines.join("\n"));
+        if let Ok(plan) = text.parse::<Plan>() {
+            prop_assert_eq!(&plan.to_string().parse::<Plan>().unwrap(), &plan);
+            sound.set(sound.get() + 1);
+            recorded.set(recorded.get() + u32::from(is_recorded(&plan)));
+        }
+        Ok(())
+    });
+    outcome.unwrap();
+    let (sound, recorded) = (sound.get(), recorded.get());
+    assert!(sound > 40 && recorded > 10 && recorded < sound, "{sound} are sound, {recorded} recorded");
+}
+
+#[test]
+fn what_any_sound_plan_builds_can_be_recorded() {
+    let recorded = Cell::new(0);
+    let outcome = runner(32).run(&plan(), |plan| {
+        recorded.set(recorded.get() + u32::from(is_recorded(&plan)));
+        Ok(())
+    });
+    outcome.unwrap();
+    assert!(recorded.get() > 4, "{} recorded", recorded.get());
+}
+
+#[test]
+fn a_robot_can_stand_wherever_a_run_begins_in_presets_and_generated_buildings() {
+    let small = Setup { width: 16, height: 16, columns: 1, ..Setup::default() };
+    for kind in Kind::ALL {
+        let generated = (0..6).map(|seed| Plan::generate(kind, seed, seed % 2 == 1));
+        for plan in generated.chain([kind.plan()]) {
+            let office = Office::build(&plan, &small, 1).unwrap();
+            for run in 0..64 {
+                assert_eq!(office.free_start(run, 0.24), Ok(office.start(run)), "{kind:?} {run}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_office_is_built_whose_start_is_in_the_way_but_nothing_is_recorded_there() {
+    let small = Setup { width: 16, height: 16, columns: 1, ..Setup::default() };
+    let office = |lines: &str| {
+        let plan: Plan = format!("plan 1\nroom 0 12 -1.2 1.2\n{lines}").parse().unwrap();
+        Office::build(&plan, &small, 1).unwrap()
+    };
+    let refused = office("box 3 0 2 1 1 0.2\nstart 6 0 0\nstart 3 0 90\nstart 6 1.2 90\nstart 6 -0.97 0\n");
+    let error = |run| refused.free_start(run, 0.24).unwrap_err();
+    assert_eq!(refused.free_start(0, 0.24), Ok(refused.start(0)));
+    for (start, x, y) in [(1, 3.0, 0.0), (2, 6.0, 1.2), (3, 6.0, -0.97)] {
+        assert_eq!(error(start as u64), OfficeError::Start { start, x, y, width: 0.48 });
+    }
+    assert!(refused.free_start(3, 0.2).is_ok(), "a narrower one can");
+    assert!(refused.free_start(4, 0.24).is_ok(), "further starts are free places");
+    let wall = office("start 6 1.2 90\n");
+    assert!(matches!(record(&wall, "wall", 1, 1), Err(OfficeError::Start { start: 0, .. })));
+    // Whoever walks there is no reason.
+    let met = office("person 0 0.1 6 0 7 0\nstart 6 0 0\n");
+    assert!(record(&met, "met", 1, 1).is_ok());
+}
+
+#[test]
+fn a_plan_may_begin_with_a_byte_order_mark() {
+    let text = Kind::Nsh.plan().to_string();
+    assert_eq!(format!("\u{feff}{text}").parse::<Plan>().unwrap(), Kind::Nsh.plan());
+    assert_eq!(
+        "\u{feff}plan 1\nbin".parse::<Plan>().unwrap_err().to_string().split(':').next(),
+        Some("line 2")
+    );
 }

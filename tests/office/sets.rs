@@ -76,7 +76,7 @@ fn the_training_sets_are_like_the_papers() {
 fn carpets(kind: Kind, seed: u64) -> Vec<f64> {
     let office = Office::preset(kind);
     let set = record(&office, "carpet", 71, seed).unwrap();
-    let shots = drive(&office, 71, seed);
+    let shots = drive(&office, 71, seed).unwrap();
     let of = |(image, shot): (&vsonar::dataset::NamedImage, &vsonar::world::office::Shot)| {
         let floor = shot.moment(&office).floor(&shot.place);
         let pixels = image.pixels.as_raw().iter().zip(floor).filter(|(_, floor)| *floor);
@@ -134,7 +134,7 @@ fn drives_keep_clear_of_everything() {
                 ..vsonar::world::office::Plan::generate(kind, seed, seed % 2 == 1)
             };
             let office = Office::build(&plan, &small(), seed).unwrap();
-            let shots = drive(&office, 60, seed);
+            let shots = drive(&office, 60, seed).unwrap();
             let mut way = 0.0;
             for pair in shots.windows(2) {
                 let (a, b) = (pair[0].place, pair[1].place);

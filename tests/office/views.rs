@@ -57,7 +57,7 @@ fn agreeing(distortions: [f64; 3]) -> f64 {
         let plan = Plan { people: Vec::new(), ..plan };
         let office = Office::build(&plan, &setup, 1).unwrap();
         let moment = office.at(0.0);
-        for shot in drive(&office, 36, 3).iter().step_by(3) {
+        for shot in drive(&office, 36, 3).unwrap().iter().step_by(3) {
             let place = shot.place;
             let from = moment.camera(&place);
             let near = |part: &&Part| part.outline.distance(from.0, from.1) < 6.0;
@@ -91,7 +91,7 @@ fn the_lens_bends_labels_as_the_camera_says() {
 #[test]
 fn masks_and_labels_say_the_same() {
     let office = Office::preset(Kind::Nsh);
-    for shot in drive(&office, 12, 4) {
+    for shot in drive(&office, 12, 4).unwrap() {
         let moment = shot.moment(&office);
         let floor = moment.floor(&shot.place);
         for column in (0..320).step_by(29) {

@@ -50,7 +50,9 @@ impl Export {
     pub(crate) fn all(below: &Path) -> Vec<Export> {
         let kinds = [("rows", false, false), ("ranges", true, false), ("median", true, true)];
         let make = |(program, path)| {
-            kinds.map(|(kind, camera, median)| Export::new(below, program, path, kind, camera, median))
+            kinds.map(|(kind, camera, median)| {
+                Export::new(below, program, path, kind, camera.then_some(&CAMERA), median)
+            })
         };
         PROGRAMS.into_iter().flat_map(make).collect()
     }
@@ -58,17 +60,31 @@ impl Export {
     /// The one of these programs whose answers vary, with ranges and a median.
     pub(crate) fn varied(below: &Path) -> Export {
         let (program, path) = PROGRAMS[1];
-        Export::new(below, program, path, "median", true, true)
+        Export::new(below, program, path, "median", Some(&CAMERA), true)
     }
 
-    fn new(below: &Path, program: &str, path: &str, kind: &str, camera: bool, median: bool) -> Export {
+    /// The same program behind a lens whose widest bearings are between the top and the bottom row.
+    pub(crate) fn pincushion(below: &Path) -> Export {
+        let (program, path) = PROGRAMS[1];
+        let camera = Camera { pitch: 10.0, distortion: 0.5, ..CAMERA };
+        Export::new(below, program, path, "pincushion", Some(&camera), false)
+    }
+
+    fn new(
+        below: &Path,
+        program: &str,
+        path: &str,
+        kind: &str,
+        camera: Option<&Camera>,
+        median: bool,
+    ) -> Export {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
         let name = format!("{program}-{kind}");
         let folder = below.join(&name);
         let mut options: Vec<OsString> = Vec::new();
-        if camera {
-            let file = below.join("camera.toml");
-            std::fs::write(&file, CAMERA.to_toml("")).expect("files can be written");
+        if let Some(camera) = camera {
+            let file = below.join(format!("{name}.toml"));
+            std::fs::write(&file, camera.to_toml("")).expect("files can be written");
             options.extend(["--camera".into(), file.into()]);
         }
         if median {
@@ -79,7 +95,7 @@ impl Export {
         command.args(&options);
         tools::run(&mut command);
         let detector = CompiledDetector::compile(&load(&path)).expect("there is a code generator");
-        let ground = camera.then(|| Ground::new(&CAMERA, WIDTH, HEIGHT));
+        let ground = camera.map(|camera| Ground::new(camera, WIDTH, HEIGHT));
         Export { name, folder, program: path, options, ground, median, detector }
     }
 

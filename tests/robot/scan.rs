@@ -76,7 +76,7 @@ fn the_scan_is_the_librarys() {
     let folder = folder("scan");
     let input = file(&folder, "input", &raw(&FRAMES));
     let mut all = Vec::new();
-    for export in Export::all(&folder) {
+    for export in Export::all(&folder).into_iter().chain([Export::pincushion(&folder)]) {
         let Some(ground) = export.ground else { continue };
         let expected = export.expected(&FRAMES, &columns(COLUMNS));
         let scan = Scan::new(&ground, &columns(COLUMNS));

@@ -96,6 +96,30 @@ pub enum OfficeError {
     /// The plan is none.
     #[error("the plan, printed: {0}")]
     Plan(#[from] PlanError),
+    /// A robot cannot stand where the plan lets a run begin.
+    #[error(
+        "a robot {width} m wide cannot stand at ({x}, {y}), where a run begins; move the `start` farther from walls and \
+         things"
+    )]
+    Start {
+        /// Its place among the plan's starts.
+        start: usize,
+        /// In metres.
+        x: f64,
+        /// In metres.
+        y: f64,
+        /// Width of the robot, in metres.
+        width: f64,
+    },
+    /// The plan has no start, and none was found.
+    #[error(
+        "no place was found at which a robot {width} m wide can stand; make room between walls and things, or give a \
+         `start`"
+    )]
+    NoStart {
+        /// Width of the robot, in metres.
+        width: f64,
+    },
 }
 
 /// A building and the camera of the robot in it. A copy shares what was computed for it.
@@ -264,7 +288,7 @@ impl Office {
     }
 
     /// Where the run of this number starts: where the plan says, further ones at free places, each at another until
-    /// all were taken.
+    /// all were taken. Whether there is room for a robot tells [`Office::free_start`].
     pub fn start(&self, run: u64) -> Place {
         let drawn = self.plan.starts.len() as u64;
         if let Some(start) = usize::try_from(run).ok().and_then(|run| self.plan.starts.get(run)) {
@@ -272,6 +296,26 @@ impl Office {
         }
         let pick = (run - drawn) % self.starts.len().max(1) as u64;
         self.starts.get(pick as usize).copied().unwrap_or(Place { x: 0.0, y: 0.0, heading: 0.0 })
+    }
+
+    /// Where the run of this number starts, if a robot of this radius can stand there: whether people do is not asked, for
+    /// they walk on.
+    ///
+    /// # Errors
+    /// If a wall or a thing is nearer.
+    pub fn free_start(&self, run: u64, radius: f64) -> Result<Place, OfficeError> {
+        let place = self.start(run);
+        let Place { x, y, .. } = place;
+        let in_a_room = self.space.rooms.iter().any(|room| room.contains(x, y));
+        if in_a_room && self.space.nearest(&[], x, y, radius).distance >= radius {
+            return Ok(place);
+        }
+        let (start, width) = (usize::try_from(run).unwrap_or(usize::MAX), 2.0 * radius);
+        Err(if start < self.plan.starts.len() {
+            OfficeError::Start { start, x, y, width }
+        } else {
+            OfficeError::NoStart { width }
+        })
     }
 
     /// The office so many seconds after its beginning, if nobody has to give way to a robot.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::grabber::{Exposure, Grabber};
 use super::people::Standing;
 use super::wander::Wanderer;
-use super::{FRAME_RATE, Kind, Moment, Office, OfficeError, Place, Plan, Setup};
+use super::{BODY, FRAME_RATE, Kind, Moment, Office, OfficeError, Place, Plan, Setup};
 use crate::camera::Camera;
 use crate::dataset::{Case, Dataset, NamedImage};
 use crate::world::Progress;
@@ -69,15 +69,16 @@ impl Shot {
 
 /// Lets a robot wander through an office by sonar until so many pictures are taken, one every 3 seconds. The seed
 /// chooses how it drives; it starts at the first of the office's places.
-pub fn drive(office: &Office, frames: usize, seed: u64) -> Vec<Shot> {
+///
+/// # Errors
+/// If a robot cannot stand there.
+pub fn drive(office: &Office, frames: usize, seed: u64) -> Result<Vec<Shot>, OfficeError> {
     shots(office, frames, seed, &mut office.grabber(seed))
 }
 
-fn shots(office: &Office, frames: usize, seed: u64, grabber: &mut Grabber) -> Vec<Shot> {
-    shots_and_before(office, frames, seed, grabber, 0, &Progress::default())
-        .into_iter()
-        .filter_map(|mut shots| shots.pop())
-        .collect()
+fn shots(office: &Office, frames: usize, seed: u64, grabber: &mut Grabber) -> Result<Vec<Shot>, OfficeError> {
+    let taken = shots_and_before(office, frames, seed, grabber, 0, &Progress::default())?;
+    Ok(taken.into_iter().filter_map(|mut shots| shots.pop()).collect())
 }
 
 /// For each picture the frames before it, so many as far as there are, and itself as the last.
@@ -88,8 +89,8 @@ fn shots_and_before(
     grabber: &mut Grabber,
     before: usize,
     progress: &Progress,
-) -> Vec<Vec<Shot>> {
-    let mut robot = Wanderer::new(office.start(0), seed);
+) -> Result<Vec<Vec<Shot>>, OfficeError> {
+    let mut robot = Wanderer::new(office.free_start(0, BODY)?, seed);
     let mut crowd = office.crowd();
     let mut taken: Vec<Vec<Shot>> = Vec::new();
     let mut stretch = Vec::new();
@@ -108,14 +109,14 @@ fn shots_and_before(
         }
         robot.step(&moment);
     }
-    taken
+    Ok(taken)
 }
 
 /// Records a drive (see [`drive`]): the pictures are named `NAME_0000.png` onward, and each of the set-up's columns has
 /// its label.
 ///
 /// # Errors
-/// If no pictures are asked for, or more than 10,000.
+/// If no pictures are asked for, or more than 10,000, or a robot cannot stand where it starts.
 pub fn record(office: &Office, name: &str, frames: usize, seed: u64) -> Result<Dataset, OfficeError> {
     record_told(office, name, frames, seed, &Progress::default())
 }
@@ -155,7 +156,7 @@ fn record_with_earlier(
 ) -> Result<(Dataset, Vec<Earlier>), OfficeError> {
     check_frames(frames)?;
     let mut grabber = office.grabber(seed);
-    let taken = shots_and_before(office, frames, seed, &mut grabber, before, progress);
+    let taken = shots_and_before(office, frames, seed, &mut grabber, before, progress)?;
     let columns: Vec<u32> = office.setup().labelled().collect();
     let develop = |shot: &Shot| grabber.develop(&shot.moment(office), &shot.exposure);
     // what each picture depends on is known: the order in which they are made does not matter
@@ -375,7 +376,6 @@ fn every_other(first: Recording, second: Recording) -> Recording {
 
 #[cfg(test)]
 mod tests {
-    use super::super::BODY;
     use super::*;
 
     #[test]

@@ -1,12 +1,15 @@
 //! The camera and the frame grabber, as settings.
 
-use crate::camera::Camera;
+use crate::camera::{Camera, CameraError};
 use crate::world::camera::Lens;
 use crate::world::noise::Stream;
 use crate::world::setup_error::{SetupError, check_settings, check_size, labelled};
 
 /// The largest side of a picture, in pixels.
 const LARGEST: u32 = 2048;
+
+/// Least and greatest height in metres, pitch and field of view in degrees of a camera that pictures are rendered by.
+const CAMERAS: [(f64, f64); 3] = [(0.05, 1.8), (0.0, 85.0), (6.0, 170.0)];
 
 /// Settings of the camera and of the frame grabber behind it. The default is that of the original robot.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,6 +88,16 @@ impl Setup {
         Setup { camera: *camera, ..self }
     }
 
+    /// Whether pictures of this size can be rendered as a camera sees: that [`Setup::check`] will have nothing against
+    /// it.
+    ///
+    /// # Errors
+    /// The first of the camera's numbers that is impossible, or that no pictures are rendered by.
+    pub fn check_camera(&self, camera: &Camera) -> Result<(), CameraError> {
+        camera.check_within(CAMERAS)?;
+        camera.check(self.width, self.height)
+    }
+
     /// The labelled columns.
     pub fn labelled(&self) -> impl Iterator<Item = u32> + use<> {
         labelled(self.width, self.columns)
@@ -101,11 +114,12 @@ impl Setup {
     pub fn check(&self) -> Result<(), SetupError> {
         check_size(self.width, self.height, LARGEST, self.columns)?;
         let most = Camera::distortion_limit(self.width, self.height);
+        let [height, pitch, view] = CAMERAS;
         check_settings([
             ("camera.distortion", self.camera.distortion, -most, most),
-            ("camera.field_of_view", self.camera.field_of_view, 6.0, 170.0),
-            ("camera.pitch", self.camera.pitch, 0.0, 85.0),
-            ("camera.height", self.camera.height, 0.05, 1.8),
+            ("camera.field_of_view", self.camera.field_of_view, view.0, view.1),
+            ("camera.pitch", self.camera.pitch, pitch.0, pitch.1),
+            ("camera.height", self.camera.height, height.0, height.1),
             ("exposure", self.exposure, 0.0, 1000.0),
             ("target", self.target, 1.0, 255.0),
             ("range", self.range, 1.0, 1000.0),

@@ -129,6 +129,8 @@ impl FromStr for Plan {
         if text.len() > LONGEST {
             return Err(PlanError::TooLong { bytes: text.len(), most: LONGEST });
         }
+        // A byte order mark is what some editors begin with.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let lines = text.lines().enumerate().filter_map(|(i, line)| {
             let mut words = line.split('#').next().unwrap_or("").split_whitespace();
             let keyword = words.next()?;
