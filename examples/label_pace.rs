@@ -2,7 +2,7 @@
 //! pace of a person: from the key to the painted page, and to the mark on the disk.
 //!
 //! ```text
-//! cargo run --release --example label_pace                       120 marks in about four minutes
+//! cargo run --release --example label_pace                       120 marks in two and a half minutes
 //! cargo run --release --example label_pace -- fast shots         without pauses; pictures of the page into `shots`
 //! ```
 //! Chromium and chromedriver must be installed. The images are rendered, into a temporary folder.

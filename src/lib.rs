@@ -25,7 +25,7 @@
 //! let corridor = Corridor { width: 64, height: 48, ..Corridor::default() };
 //! let (train, holdout) = (corridor.render(1, 4)?, corridor.render(2, 4)?);
 //!
-//! // A very small run, each program interpreted or compiled, whichever is sooner done.
+//! // A very small run, each program interpreted or compiled, whichever is done sooner.
 //! let settings = Settings { population: 40, generations: 3, ..Settings::default_preset() };
 //! let executor = Arc::new(AutoExecutor::new());
 //! let mut run = Evolution::new(&train, settings, executor, 0)?;

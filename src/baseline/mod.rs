@@ -111,10 +111,10 @@ impl Rival {
         }
     }
 
-    /// Whether its answers depend on the frames before: such a one is to be tuned on images in their order, without
-    /// altered copies.
-    pub const fn remembers(self) -> bool {
-        matches!(self, Rival::Ulrich)
+    /// Whether altered copies of the images are of use to it. What remembers frames needs them in their order, and the best
+    /// constants are what they are called: those of the images themselves.
+    pub const fn takes_copies(self) -> bool {
+        matches!(self, Rival::Gradient | Rival::Polly | Rival::Lorigo)
     }
 
     /// The best of its grid on these cases, an answer being correct within `tolerance` rows. It is for images of the

@@ -10,6 +10,9 @@
 //! (labelled images), a candidate becomes a reference after a number of frames, which is tuned. Until anything has been
 //! driven over, the trapezoid of the first frame is the reference: the robot is set down on free floor.
 //!
+//! Left out: the drive by which the authors train it before it is let go. In a simulated drive it starts with that one
+//! trapezoid, and whoever does not get a metre far on it learns nothing more.
+//!
 //! Where the motion is known, a frame is a candidate only once the robot has driven 0.3 m or turned 10 degrees since the
 //! last one: at ten frames a second the memory would otherwise reach back no farther than a second or two, where in
 //! training it spans many metres.

@@ -94,7 +94,7 @@ struct Report {
     tuned_on: String,
     /// Whether that is the training part of the program's run.
     own_training: bool,
-    /// Altered copies of each of these images, on which rivals are tuned too that do not remember frames.
+    /// Altered copies of each of these images, on which those rivals are tuned too that take them.
     altered_copies: u32,
     tested_on: String,
     tolerance: f64,

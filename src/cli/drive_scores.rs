@@ -31,7 +31,7 @@ pub(crate) struct TunedOn {
     pub(crate) tolerance: f64,
     /// Whether that is what the program was evolved on.
     pub(crate) as_the_program: bool,
-    /// Altered copies of each image, on which rivals are tuned too that do not remember frames.
+    /// Altered copies of each image, on which those rivals are tuned too that take them.
     pub(crate) altered_copies: u32,
 }
 

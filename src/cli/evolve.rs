@@ -27,7 +27,7 @@ pub(crate) const RUNS: &str = "runs";
 const EXAMPLES: &str = "\
 Examples:
   vsonar evolve
-      a small run on built-in images of an office; takes half a minute
+      a run on built-in images of an office; takes some ten seconds
   vsonar evolve --data photos --train-match 'run_[AB]*' --holdout-match 'run_C*'
       train on two drives, test on the third
   vsonar evolve --data photos --holdout 20% --validation 20%
@@ -40,8 +40,8 @@ Examples:
       other settings
   vsonar evolve --data photos --set selection.kind=lexicase --set selection.elitism=5
       select parents by single cases, and keep the five best
-  vsonar evolve --data photos --set augmentation.mirror=0.5 --set augmentation.variants=2
-      also on two copies of each image, half of them mirrored; [augmentation] of settings.toml has more
+  vsonar evolve --data photos --set augmentation.noise=4 --set augmentation.variants=2
+      also on two altered copies of each image, not one, with noise beside other light; [augmentation] of settings.toml has more
   vsonar evolve --data photos --runs 10 --out runs/ten
       seeds 1 to 10, one after the other, and their median; the same command goes on with what was stopped
   vsonar evolve --settings runs/photos-seed-1/settings.toml --seed 2

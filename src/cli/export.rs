@@ -24,7 +24,7 @@ Examples:
   cc robot.c -Idetector detector/libfront.a -o robot
 
 Targets: x86_64 (levels v1, v2, v3), aarch64, riscv64gc (generic, v) and s390x, each as in aarch64-unknown-linux-gnu; \
-x86_64 and aarch64 also for Apple's systems and Windows. What none of them serves takes the C source.";
+x86_64 and aarch64 also for Apple's systems, x86_64 for Windows. For any other processor there is the C source.";
 
 /// Turn a program into files that a robot's own program links or loads
 ///

@@ -37,7 +37,7 @@ const COLUMNS: u32 = 6;
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// The folder of images; a data folder is gone on with
+    /// The folder of images; the labels that it has already are kept and shown
     dir: PathBuf,
     /// So many columns, evenly spread; or these, as in 20,60,100 (a single one as in 160,) [default: those last asked
     /// for in this folder, else those that its table has, else 6]

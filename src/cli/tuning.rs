@@ -32,8 +32,8 @@ impl Copies {
     pub(crate) fn words(per_image: u32) -> &'static str {
         match per_image {
             0 => "",
-            1 => " and, but for ulrich, on an altered copy of each",
-            _ => " and, but for ulrich, on altered copies of each",
+            1 => " and, but for constant and ulrich, on an altered copy of each",
+            _ => " and, but for constant and ulrich, on altered copies of each",
         }
     }
 
@@ -51,8 +51,8 @@ pub(crate) struct Tuner<'a> {
 }
 
 impl Tuner<'_> {
-    /// One that remembers frames gets them in their order, and so without copies.
+    /// Tunes one, with the copies if they are of use to it.
     pub(crate) fn tune(&self, rival: Rival) -> Tuned {
-        rival.tune(if rival.remembers() { self.train } else { &self.grown }, self.tolerance)
+        rival.tune(if rival.takes_copies() { &self.grown } else { self.train }, self.tolerance)
     }
 }

@@ -171,7 +171,7 @@ table! {
     Islands, PartialIslands {
         /// Number of islands, parts of the population of equal size (or one less); 1 is the population as a whole.
         count: u32 = 1,
-        /// Individuals migrate before every so manieth generation is bred.
+        /// Individuals migrate every so many generations, before one is bred.
         interval: u32 = 10,
         /// How many of the best of each island migrate: copies take the places of the worst of the next island,
         /// the first being next to the last.

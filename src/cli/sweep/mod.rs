@@ -55,7 +55,7 @@ Examples:
 
 A file has `title`, `seeds` (\"1-10\"), `baseline` (the setting that the others are compared with), `preset` and \
 `test = true`; tables [[data]] with a name and [data.folder] (`train`, `train_match`, `holdout`, `holdout_match`; paths count \
-from the file) or [data.synthetic]; [settings] for all; tables [[setting]] with a name and any keys of settings.toml, `preset`, \
+from the file) or [data.world] (`name`) or [data.synthetic]; [settings] for all; tables [[setting]] with a name and any keys of settings.toml, `preset`, \
 and `edit_nodes` (as `--nodes`); and [grid], whose axes are lists of values: \"selection.tournament\" = [3, 7].
 
 The folder of results holds results.csv, a row for each run, spec.toml, and settings/ with all fields of each setting. A run that has its row there is not made \

@@ -46,7 +46,7 @@ fn bars(
         ink: Ink::Series(ink),
         shape: Shape::Bars(bars),
     };
-    // Of many names every so manieth is written.
+    // Of many names one in so many is written.
     let step = groups.len().div_ceil(10).max(1);
     let short = |(i, g): (usize, &Group)| {
         // A stretch is known by where it begins.

@@ -8,7 +8,7 @@ use crate::statistics::Quartiles;
 /// Points of a line, at most: more than a screen has across.
 pub(super) const POINTS: usize = 600;
 
-/// Rows of the numbers under a plot, at most; of more, every so manieth.
+/// Rows of the numbers under a plot, at most; of more, one in so many.
 const NUMBERS: usize = 120;
 
 /// A table. The first cell of a row names it.

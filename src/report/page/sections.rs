@@ -299,8 +299,8 @@ fn svg_uri(svg: &str) -> String {
 pub(super) fn rivals(rivals: &Rivals) -> Markup {
     let tested = rivals.part.name();
     let mut table = Table::new(
-        "Rivals are tuned on the training images alone, with the altered copies that evolution had of them; ulrich, which \
-         remembers frames, without. Median: with a median over three frames. One frame: share of the errors \
+        "Rivals are tuned on the training images alone, gradient, polly and lorigo with the altered copies \
+         that evolution had of them. Median: with a median over three frames. One frame: share of the errors \
          that are gone in the next labelled frame. Time: the labelled columns of an image.",
         &["detector", "training", tested, "95 %", "median", "one frame", "time"],
     );
