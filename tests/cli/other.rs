@@ -94,7 +94,7 @@ fn a_corridor_is_seen_by_a_calibrated_camera() {
     assert_eq!(plain, synth("same", &["--camera", "same.toml"]));
     assert_ne!(plain, synth("bent", &["--camera", "bent.toml"]));
     let complaint = place.fails(1, &["data", "synth", "new", "--camera", "high.toml"]);
-    assert!(complaint.contains("camera_height"), "{complaint}");
+    assert!(complaint.contains("high.toml: ") && complaint.contains("`height` is 20"), "{complaint}");
     let complaint = place.fails(1, &["data", "synth", "new", "--camera", "none.toml"]);
     assert!(complaint.contains("none.toml"), "{complaint}");
 }
