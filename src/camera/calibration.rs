@@ -100,8 +100,8 @@ impl std::fmt::Display for Warning {
                 write!(f, "the points hardly determine `{number}`; {}", remedy(number))
             }
             Warning::Rough => f.write_str(
-                "the points are off by more than they should; measure again, or let the lens bend: leave out \
-                 `--distortion`, and give points from the middle to the corners",
+                "the points are off by more than they should; measure again, or let the lens bend, which takes six \
+                 points or more from the middle to the corners, and no `--distortion`",
             ),
             Warning::NoRedundancy => f.write_str(
                 "there are no more measurements than unknowns, so that a wrong one cannot show; add points",

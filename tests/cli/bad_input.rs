@@ -248,7 +248,8 @@ fn images_that_need_too_much_memory() {
         assert!(complaint.contains("raise the limit with `--memory 0."), "{complaint}");
     }
     // Held-out images count too.
-    let both = ["evolve", "--data", "data", "--holdout", "data", "--preset", "paper", "--memory", "0.005"];
+    dataset(6, 1).save(place.path("other")).expect("writable");
+    let both = ["evolve", "--data", "data", "--holdout", "other", "--preset", "paper", "--memory", "0.005"];
     assert!(place.fails(1, &both).contains("6 images of 64 x 48 pixels and 6 images"));
     // With enough, all goes its way; it is no setting, and a resume accepts it.
     place.ok(&["evolve", "--resume", "run", "--generations", "5", "--quiet", "--memory", "0.02"]);

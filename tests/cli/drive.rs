@@ -146,9 +146,9 @@ fn a_changed_building_has_a_seed_and_names_are_no_commands() {
     let flags = ["drive", "sonar\u{1b}[2J", "--minutes", "0.01", "--runs", "1", "--changed"];
     let all = [&flags[..], &["--against", "sonar", "--out", "out"]].concat();
     let text = place.ok(&all);
-    assert!(plain(&text) && text.contains("sonar?[2J in fmrb, building 1, changed"), "{text:?}");
+    assert!(plain(&text) && text.contains("sonar?[2J in fmrb, building 3, changed"), "{text:?}");
     let written: Value = serde_json::from_str(&place.read("out/drive.json")).expect("JSON");
-    assert_eq!((&written["seed"], &written["program"]), (&1.into(), &"sonar\u{1b}[2J".into()));
+    assert_eq!((&written["seed"], &written["program"]), (&3.into(), &"sonar\u{1b}[2J".into()));
     for name in ["program", "sonar"] {
         assert!(place.read(&format!("out/{name}-run-1.svg")).contains("<svg "));
         assert!(place.read("out/paths.csv").contains(&format!("\n{name},1,0,")));

@@ -99,8 +99,9 @@ fn commands_to_copy_repeat_the_numbers() {
 #[test]
 fn a_summary_as_json_is_one_object() {
     let place = Place::new();
+    dataset(6, 1).save(place.path("other")).expect("writable");
     let output =
-        place.command(&tiny(&["--json", "--holdout", "data", "--out", "x"])).output().expect("started");
+        place.command(&tiny(&["--json", "--holdout", "other", "--out", "x"])).output().expect("started");
     assert!(output.status.success());
     let lines = String::from_utf8(output.stderr).expect("UTF-8");
     assert_eq!(lines.lines().count(), 4, "a line a generation, aside: {lines}");
@@ -109,7 +110,11 @@ fn a_summary_as_json_is_one_object() {
     assert_eq!(summary["generations"], 4);
     assert_eq!(summary["best"]["file"], "x/best.gp");
     assert_eq!(summary["train"]["cases"], 24);
-    assert_eq!(summary["train"]["fitness"], summary["holdout"]["fitness"]);
+    for (part, data) in [("train", "data"), ("holdout", "other")] {
+        let report: Value =
+            serde_json::from_str(&place.ok(&["eval", "x/best.gp", "--data", data, "--json"])).expect("JSON");
+        assert_eq!(summary[part]["fitness"], report["fitness"], "{part}");
+    }
     assert!(summary["train"]["constant_per_column"].as_f64() >= summary["train"]["constant"].as_f64());
     let log = recorded(&place.path("x")).log;
     assert_eq!(log.last().expect("four lines")["best_fitness_so_far"], summary["train"]["fitness"]);

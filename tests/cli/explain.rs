@@ -178,9 +178,23 @@ fn a_run_is_explained_on_its_own_data() {
         let report: serde_json::Value = serde_json::from_str(&json).expect("JSON");
         (report["profile"]["cases"].clone(), report["profile"]["data"].as_str().expect("a name").to_string())
     };
+    let lines = |arguments: &[&str]| {
+        let text = place.ok(&[&["explain"], arguments].concat());
+        // All but the names of the images.
+        text.lines()
+            .filter(|line| !line.contains(" of run") && !line.contains("data["))
+            .map(str::to_string)
+            .collect::<Vec<_>>()
+    };
     // The held-out part, once the run is over; or the one that is asked for; or other data.
-    assert!(on(&["run"]).1.contains("drive_b"));
-    assert!(on(&["run", "--part", "train"]).1.contains("drive_a"));
+    for (flags, name, images) in [
+        (&[][..], "the held-out images of run", "drive_b*"),
+        (&["--part", "train"], "the training images of run", "drive_a*"),
+    ] {
+        let own = [&["run"], flags].concat();
+        assert_eq!(on(&own), (12.into(), name.to_string()));
+        assert_eq!(lines(&own), lines(&["run", "--data", "data", "--match", images]));
+    }
     assert_eq!(on(&["run", "--data", "data"]), (24.into(), "data".to_string()));
     assert_eq!(on(&["run/best.gp", "--data", "data", "--match", "drive_a_0*"]).0, 4);
 }

@@ -235,7 +235,11 @@ fn other_stated_defaults_are_the_real_ones() {
         "{label}"
     );
     let drive = help(&["drive"]);
-    for (flag, value) in [("--world", "fmrb"), ("--runs", "5"), ("--columns", "12"), ("--minutes", "45")] {
+    assert!(
+        of_flag(&drive, "--world").contains("[default: nsh for a run that was made in it, else fmrb]"),
+        "{drive}"
+    );
+    for (flag, value) in [("--runs", "5"), ("--columns", "12"), ("--minutes", "45")] {
         assert!(of_flag(&drive, flag).contains(&format!("[default: {value}]")), "{flag}: {drive}");
     }
     let ir = help(&["ir"]);
