@@ -80,7 +80,7 @@ fn it_keeps_up_and_leaves_the_reader_alone() {
     browser.wait("document.getElementById('g-fitness-t')");
     // Somebody opens the numbers of a plot, goes there, marks a word and has the keyboard at a line to open.
     browser.get(&format!(
-        "(() => {{ window.kept = {FIGURE}.querySelector('details'); kept.open = true; window.svg = {FIGURE}.querySelector('svg'); \
+        "(() => {{ window.kept = {FIGURE}.querySelector('details'); kept.open = true; window.svg = {FIGURE}.querySelector(':scope > svg'); \
          document.querySelector('#hall summary').focus(); {FIGURE}.scrollIntoView(); \
          getSelection().selectAllChildren({FIGURE}.querySelector('figcaption')); }})()"
     ));
@@ -104,6 +104,28 @@ fn it_keeps_up_and_leaves_the_reader_alone() {
     }
     assert_eq!(browser.get("String(getSelection())"), "Fitness");
     assert!(browser.get("document.title").as_str().is_some_and(|title| title.ends_with(" %: Run run")));
+
+    // Parts of it come and go, as a legend does when there is one curve; what is behind them stays.
+    browser.get(
+        "(() => { const ask = window.fetch; window.bare = true; window.fetch = async (...what) => { \
+         const news = await (await ask(...what)).json(); \
+         if (bare && news.report) news.report = news.report.replaceAll(/<ul class=\"legend\">.*?<\\/ul>/gs, ''); \
+         return new Response(JSON.stringify(news)); }; })()",
+    );
+    let legends = |browser: &Browser| browser.get("document.querySelectorAll('#hall ul.legend').length");
+    assert_ne!(legends(&browser), 0);
+    for bare in [true, false] {
+        browser.get(&format!("window.bare = {bare}"));
+        let are = if bare { "=== 0" } else { "> 0" };
+        browser.wait(&format!("document.querySelectorAll('#hall ul.legend').length {are}"));
+        for same in [
+            "kept.isConnected && kept.open",
+            "svg.isConnected",
+            "document.activeElement.nodeName === 'SUMMARY'",
+        ] {
+            assert_eq!(browser.get(same), true, "{same}, {bare}");
+        }
+    }
 
     // Nobody looks: nothing is asked for, and when somebody does, all is there at once.
     let hide = |hidden: bool| {

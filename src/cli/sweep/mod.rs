@@ -250,7 +250,8 @@ fn there(data: &spec::DataSet) -> Result<(), CliError> {
 /// The cases of a data set.
 fn load(data: &spec::DataSet) -> Result<Cases, CliError> {
     let of = |text: String| format!("{}: data set `{}`: {text}", data.place, data.name);
-    data.source.load().map_err(|error| match error {
+    let apart = |cases: Cases| cases.check_apart().map(|()| cases);
+    data.source.load().and_then(apart).map_err(|error| match error {
         CliError::Failed(text) => CliError::Failed(of(text)),
         CliError::Usage(text) => CliError::Usage(of(text)),
         other => other,

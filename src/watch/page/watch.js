@@ -30,27 +30,39 @@ function patch(old, fresh) {
 }
 
 function patchChildren(old, fresh) {
+  const have = [...old.childNodes], want = [...fresh.childNodes];
+  const pairs = kept(have, want);
+  const stay = new Set(pairs.values());
+  for (const node of have) if (!stay.has(node)) node.remove();
   let at = old.firstChild;
-  for (const child of [...fresh.childNodes]) {
-    let match = at;
-    // What has a name is found again behind what has gone.
-    if (child.id) while (match && !like(match, child)) match = match.nextSibling;
-    if (!match || !like(match, child)) {
-      old.insertBefore(child, at);
-      continue;
-    }
-    for (; at !== match; at = drop(at));
+  for (const child of want) {
+    const match = pairs.get(child);
+    if (!match) { old.insertBefore(child, at); continue; }
     at = match.nextSibling;
     patch(match, child);
   }
-  while (at) at = drop(at);
 }
 
-/// Removes a node; gives the one behind it.
-function drop(node) {
-  const next = node.nextSibling;
-  node.remove();
-  return next;
+/// Which old node becomes which new one: as many as can, in their order, so that what comes or goes takes nothing behind it
+/// along (a longest common subsequence).
+function kept(have, want) {
+  const pairs = new Map();
+  let start = 0, a = have.length, b = want.length;
+  for (; start < a && start < b && like(have[start], want[start]); start += 1) pairs.set(want[start], have[start]);
+  for (; a > start && b > start && like(have[a - 1], want[b - 1]); a -= 1, b -= 1) pairs.set(want[b - 1], have[a - 1]);
+  const most = Array.from({ length: a - start + 1 }, () => new Array(b - start + 1).fill(0));
+  const of = (i, j) => most[i - start][j - start];
+  for (let i = a - 1; i >= start; i -= 1) {
+    for (let j = b - 1; j >= start; j -= 1) {
+      most[i - start][j - start] = like(have[i], want[j]) ? 1 + of(i + 1, j + 1) : Math.max(of(i + 1, j), of(i, j + 1));
+    }
+  }
+  for (let i = start, j = start; i < a && j < b;) {
+    if (like(have[i], want[j])) { pairs.set(want[j], have[i]); i += 1; j += 1; }
+    else if (of(i + 1, j) >= of(i, j + 1)) i += 1;
+    else j += 1;
+  }
+  return pairs;
 }
 
 // ---- what is told
