@@ -36,7 +36,7 @@ pub enum CameraFileError {
         source: io::Error,
     },
     /// It is far longer than any camera's file.
-    #[error("{}: larger than {} MiB, which no camera's file is", path.display(), limit >> 20)]
+    #[error("{}: larger than {} MiB, which no camera's file is; is it the right one?", path.display(), limit >> 20)]
     TooLong {
         /// The file.
         path: PathBuf,

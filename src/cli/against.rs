@@ -74,6 +74,8 @@ struct Scored {
 #[derive(Debug, Clone, Serialize)]
 struct Row {
     detector: &'static str,
+    #[serde(skip)]
+    rival: Option<Rival>,
     source: Option<&'static str>,
     /// The tuned settings in words, and how many were tried.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -94,7 +96,7 @@ struct Report {
     tuned_on: String,
     /// Whether that is the training part of the program's run.
     own_training: bool,
-    /// Altered copies of each of these images, on which those rivals are tuned too that take them.
+    /// Altered copies of each of these images that some rivals are tuned on too (`Rival::takes_copies`).
     altered_copies: u32,
     tested_on: String,
     tolerance: f64,
@@ -141,7 +143,8 @@ pub(super) fn for_page(comparison: &Comparison, part: page::Part) -> Result<page
             microseconds: row.microseconds,
         }
     };
-    Ok(page::Rivals { part, rows: report.detectors.into_iter().map(row).collect() })
+    let copies = comparison.copies.per_image();
+    Ok(page::Rivals { part, copies, rows: report.detectors.into_iter().map(row).collect() })
 }
 
 fn report(comparison: &Comparison, rivals: &Rivals) -> Result<Report, CliError> {
@@ -162,6 +165,7 @@ fn report(comparison: &Comparison, rivals: &Rivals) -> Result<Report, CliError> 
         let tested = scored(&mut timed, test)?;
         detectors.push(Row {
             detector: rival.name(),
+            rival: Some(rival),
             source: rival.source(),
             microseconds: timed.microseconds(),
             tuned: Some(tuned.describe()),
@@ -204,6 +208,7 @@ impl Row {
         };
         Ok(Row {
             detector: "evolved",
+            rival: None,
             source: None,
             tuned: None,
             settings: None,
@@ -269,7 +274,7 @@ impl SequenceDetector for Timed<'_> {
 
 /// What is said below the table.
 const NOTE: &str = "\
-Rivals are tuned on the images of the first column of numbers alone. 95 %: bootstrap interval over stretches of five
+Rivals are tuned on the images of the first column of numbers, never on those tested. 95 %: bootstrap interval over stretches of five
 images. Median of 3: the fitness if each answer is the median of this frame's and the last two's. One frame: share of
 the errors that are gone in the next labelled frame of the column, those in the last frame of a sequence left out, for
 they have no next one; longest: most frames in a row. Time: the labelled columns of an image.";
@@ -284,7 +289,7 @@ fn text(report: &Report) -> String {
         count(report.test_images as u64, "image"),
         report.tolerance,
         report.tuned_on,
-        Copies::words(report.altered_copies)
+        Copies::words(report.altered_copies, report.detectors.iter().filter_map(|row| row.rival))
     );
     let _ = match (report.same, report.shared_images) {
         (true, _) => writeln!(out, "These are the same cases: nothing here is held out.\n"),

@@ -47,7 +47,7 @@ impl Cases {
             if let Some((other, _)) = known.iter().find(|(_, other)| *other == fingerprint) {
                 return Err(CliError::Failed(format!(
                     "the {what} data are the {other} data, case for case, and would say nothing of other images; give other \
-                     images, or a part of these (`--holdout 20%`, `--validation 20%`)"
+                     images, another building, or a part of these (`--holdout 20%`, `--validation 20%`)"
                 )));
             }
             known.push((what, fingerprint));

@@ -56,7 +56,8 @@ pub(crate) struct Args {
     /// held out [default: the building trained on; with --changed 3]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Another building with things that training did not show, seen by a camera of another pitch, height and exposure
+    /// The building of the seed with plants, suitcases, cones and open drawers, which are nowhere else, seen by a camera of
+    /// another pitch, height and exposure
     #[arg(long)]
     changed: bool,
     /// How many runs
@@ -117,7 +118,11 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let world = match args.world {
         Some(world) => world,
         None => {
-            own_world(&args.program)?.filter(|world| *world == World::Nsh).map_or(Kind::Fmrb, |_| Kind::Nsh)
+            if own_world(&args.program)? == Some(World::Nsh) {
+                Kind::Nsh
+            } else {
+                Kind::Fmrb
+            }
         }
     };
     let building = Building { kind: world, seed: args.seed, changed: args.changed };
@@ -126,9 +131,11 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let program_file = super::program::file(&args.program)?;
     let mut sensors = vec![program(&program_file, &office)?];
     let sets = args.against.is_some().then(|| Sets::choose(&args.program, world, args.tune_on));
-    let sets = sets.transpose()?;
-    if let Some(sets) = &sets {
-        sensors.extend(others(args.against.clone().unwrap_or_default(), sets)?);
+    let mut sets = sets.transpose()?;
+    if let Some(sets) = &mut sets {
+        let asked = args.against.clone().unwrap_or_default();
+        sets.tuned_on.rivals = asked.rivals();
+        sensors.extend(others(asked, sets)?);
     }
     let scores = |sensor| sets.as_ref().map_or(Ok(None), |sets| sets.scores(sensor));
     let scores = sensors.iter().map(scores).collect::<Result<Vec<_>, _>>()?;

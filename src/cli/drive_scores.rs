@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde::Serialize;
-use vsonar::baseline::answers;
+use vsonar::baseline::{Rival, answers};
 use vsonar::dataset::{Dataset, TOLERANCE};
 use vsonar::detector::{CompiledDetector, SequenceDetector};
 use vsonar::drive::flow::Flow;
@@ -31,8 +31,11 @@ pub(crate) struct TunedOn {
     pub(crate) tolerance: f64,
     /// Whether that is what the program was evolved on.
     pub(crate) as_the_program: bool,
-    /// Altered copies of each image, on which those rivals are tuned too that take them.
+    /// Altered copies of each image that some rivals are tuned on too (`Rival::takes_copies`).
     pub(crate) altered_copies: u32,
+    /// The rivals that were asked for.
+    #[serde(skip)]
+    pub(crate) rivals: Vec<Rival>,
 }
 
 /// The images themselves.
@@ -55,11 +58,11 @@ pub(crate) struct Scores {
     pub(crate) held_out: f64,
 }
 
-/// The world that the program's run was made in, if it is of a run and was made in one.
+/// The world whose building the program's run was made in, if it is of a run and was made in one.
 pub(crate) fn own_world(program: &Path) -> Result<Option<World>, CliError> {
     let Some(run) = run_of(program) else { return Ok(None) };
     let file = SettingsFile::read(&run.join("settings.toml"))?;
-    Ok(Source::from_table(&file.data().cloned().unwrap_or_default(), file.path())?.world_name())
+    Ok(Source::from_table(&file.data().cloned().unwrap_or_default(), file.path())?.office())
 }
 
 impl Sets {
@@ -94,6 +97,7 @@ impl Sets {
             tolerance,
             as_the_program: own.as_ref() == Some(&recorded),
             altered_copies: copies.per_image(),
+            rivals: Vec::new(),
         };
         Ok(Sets { tuned_on, training, held_out, copies, recorded })
     }
@@ -136,9 +140,10 @@ impl Sets {
 impl TunedOn {
     /// In words.
     pub(crate) fn describe(&self) -> String {
-        let TunedOn { world, images, held_out_building, tolerance, as_the_program, altered_copies } = self;
+        let TunedOn { world, images, held_out_building, tolerance, as_the_program, altered_copies, rivals } =
+            self;
         let own = if *as_the_program { ", as the program was" } else { "" };
-        let copies = Copies::words(*altered_copies);
+        let copies = Copies::words(*altered_copies, rivals.iter().copied());
         format!(
             "Rivals are tuned on the {images} training images of the world {world}{own}{copies}; an answer is right within \
              {tolerance} rows.\nTraining: the share of right answers there; held out: in building {held_out_building} \

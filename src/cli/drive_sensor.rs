@@ -45,6 +45,17 @@ impl Against {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Others(pub(crate) Vec<Against>);
 
+impl Others {
+    /// Those among them that are tuned on images.
+    pub(crate) fn rivals(&self) -> Vec<Rival> {
+        let rival = |one: &Against| match one {
+            Against::Rival(rival) => Some(*rival),
+            Against::Sonar | Against::Truth | Against::Flow => None,
+        };
+        self.0.iter().filter_map(rival).collect()
+    }
+}
+
 impl FromStr for Others {
     type Err = String;
 

@@ -14,7 +14,7 @@ use vsonar::report::{MAX_SCALE, MOST_DETECTORS, Style, Tile, fitting_scale};
 use vsonar::tree::Individual;
 use vsonar::world::office::World;
 
-use super::eval_cases::cases_of;
+use super::eval_cases::{cases_of, run_of};
 use super::executor::{Choice, answers};
 use super::memory::MemoryArgs;
 use super::new_folder::NewFolder;
@@ -52,8 +52,8 @@ pub(crate) struct Args {
     /// The program, a .gp file, or a run folder, for its best one; or several, to be seen side by side
     #[arg(required = true, value_name = "PROGRAM")]
     programs: Vec<PathBuf>,
-    /// Folder with `labels.csv` and the images it names [default: what the run folder given first holds out; else the
-    /// held-out building of the world fmrb]
+    /// Folder with `labels.csv` and the images it names [default: what the run of the program given first holds out, or what
+    /// it is trained on if that is nothing or the run goes on; without a run the held-out building of the world fmrb]
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// Only the images whose names match this pattern, e.g. 'run_C*'
@@ -104,7 +104,9 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
     let mut folder = args.out.as_deref().map(NewFolder::check).transpose()?;
     let video = args.video.as_deref().map(Video::check).transpose()?;
     let executor = args.executor.make()?;
-    let own = cases_of(&args.programs[0], args.data.as_deref(), None, None)?;
+    let first = &args.programs[0];
+    let run = run_of(first).filter(|_| args.data.is_none());
+    let own = cases_of(run.as_deref().unwrap_or(first), args.data.as_deref(), None, None)?;
     let (mut set, tolerance) = own.unwrap_or_else(|| {
         let set = World::Fmrb.elsewhere(source_made::other_office());
         (set.named("the held-out images of the world fmrb"), TOLERANCE)

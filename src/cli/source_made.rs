@@ -29,23 +29,6 @@ pub(crate) struct Synthetic {
 }
 
 impl Synthetic {
-    pub(super) fn check(&self) -> Result<(), String> {
-        let others = [
-            ("holdout_building", Some(self.holdout_building)),
-            ("validation_building", self.validation_building),
-        ];
-        let mut known = vec![("building", self.building)];
-        for (name, building) in others.into_iter().filter_map(|(name, building)| Some((name, building?))) {
-            if let Some((other, _)) = known.iter().find(|(_, other)| *other == building) {
-                return Err(format!(
-                    "`{other}` and `{name}` of `synthetic` are both {building}; choose two buildings"
-                ));
-            }
-            known.push((name, building));
-        }
-        Ok(())
-    }
-
     /// Renders the cases.
     pub(super) fn load(&self) -> Result<Cases, CliError> {
         let render = |building| Corridor::default().render(building, self.frames);

@@ -13,7 +13,10 @@ pub(crate) fn read(path: &Path, what: &str, most: u64) -> Result<String, CliErro
     let mut bytes = Vec::new();
     File::open(path).and_then(|file| file.take((most << 20) + 1).read_to_end(&mut bytes)).map_err(cannot)?;
     if bytes.len() as u64 > most << 20 {
-        let text = format!("{}: larger than {most} MiB, the most that is read of {what}", path.display());
+        let text = format!(
+            "{}: larger than {most} MiB, the most that is read of {what}; is it the right file?",
+            path.display()
+        );
         return Err(CliError::Failed(text));
     }
     String::from_utf8(bytes).map_err(|e| cannot(io::Error::new(io::ErrorKind::InvalidData, e.utf8_error())))

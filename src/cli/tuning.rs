@@ -1,5 +1,7 @@
 //! What rivals are tuned on: what evolution is given.
 
+use std::cell::OnceCell;
+
 use vsonar::baseline::{Rival, Tuned};
 use vsonar::dataset::{Dataset, Variation};
 use vsonar::evolve::Settings;
@@ -28,31 +30,36 @@ impl Copies {
         self.variation.copies()
     }
 
-    /// So many copies of each image, in words that follow those for the images.
-    pub(crate) fn words(per_image: u32) -> &'static str {
-        match per_image {
-            0 => "",
-            1 => " and, but for constant and ulrich, on an altered copy of each",
-            _ => " and, but for constant and ulrich, on altered copies of each",
+    /// Which of these rivals are tuned on so many copies of each image too, in words that follow those for the images;
+    /// nothing if none is.
+    pub(crate) fn words(per_image: u32, rivals: impl IntoIterator<Item = Rival>) -> String {
+        let names: Vec<&str> =
+            rivals.into_iter().filter(|rival| rival.takes_copies()).map(Rival::name).collect();
+        match (names.is_empty(), per_image) {
+            (true, _) | (_, 0) => String::new(),
+            (false, 1) => format!(" ({} on an altered copy of each, too)", names.join(", ")),
+            (false, copies) => format!(" ({} on {copies} altered copies of each, too)", names.join(", ")),
         }
     }
 
     /// Tunes rivals one after the other on these images.
     pub(crate) fn tuner(self, train: &Dataset, tolerance: f64) -> Tuner<'_> {
-        Tuner { train, grown: self.variation.grow(train, self.seed), tolerance }
+        Tuner { train, copies: self, grown: OnceCell::new(), tolerance }
     }
 }
 
 /// Training images without and with the copies.
 pub(crate) struct Tuner<'a> {
     train: &'a Dataset,
-    grown: Dataset,
+    copies: Copies,
+    grown: OnceCell<Dataset>,
     tolerance: f64,
 }
 
 impl Tuner<'_> {
     /// Tunes one, with the copies if they are of use to it.
     pub(crate) fn tune(&self, rival: Rival) -> Tuned {
-        rival.tune(if rival.takes_copies() { &self.grown } else { self.train }, self.tolerance)
+        let grown = || self.grown.get_or_init(|| self.copies.variation.grow(self.train, self.copies.seed));
+        rival.tune(if rival.takes_copies() { grown() } else { self.train }, self.tolerance)
     }
 }

@@ -261,8 +261,8 @@ impl Wander {
     /// How fast to go until the next readings.
     ///
     /// `readings` are the newest ones, in any order. `motion` is how the wheels have moved the robot since the call
-    /// before, `seconds` how long ago that was. If nothing is known of any direction, or of how the robot has moved (a
-    /// number is none), it stands still. A direction of which nothing is known, among others, is held for free.
+    /// before, `seconds` how long ago that was. If nothing is known of any direction, or of how the robot has moved (one of
+    /// the numbers is infinite or NaN), it stands still. A direction of which nothing is known, among others, is held for free.
     pub fn steer(&mut self, readings: &[Reading], motion: Motion, seconds: f64) -> Command {
         if ![motion.forward, motion.turn, seconds].iter().all(|number| number.is_finite()) {
             return Command::default();

@@ -84,8 +84,10 @@ fn rivals_are_tuned_on_the_altered_copies_too() {
         assert_eq!(row["training"]["cases"], 24);
     }
     assert!(differ >= 2, "the copies make a difference: {differ}");
-    let text = place.ok(&["eval", "run", "--part", "train", "--against", "constant"]);
-    assert!(text.contains("and, but for constant and ulrich, on altered copies of each"), "{text}");
+    let text = place.ok(&["eval", "run", "--part", "train", "--against", "constant,polly"]);
+    assert!(text.contains("images of run (polly on 3 altered copies of each, too)\n"), "{text}");
+    let text = place.ok(&["eval", "run", "--part", "train", "--against", "constant,ulrich"]);
+    assert!(!text.contains("altered"), "{text}");
 }
 
 #[test]

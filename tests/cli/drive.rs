@@ -37,7 +37,7 @@ fn tables_put_all_beside_what_was_published() {
     assert!(text.contains("p.gp in fmrb, the building of the training set"), "{text}");
     assert!(
         text.contains(
-            "the 71 training images of the world fmrb and, but for constant and ulrich, on an altered copy of each; "
+            "the 71 training images of the world fmrb (gradient, polly, lorigo on an altered copy of each, too); "
         ),
         "{text}"
     );

@@ -18,7 +18,7 @@ pub(crate) fn interrupt(run: &Child) {
     assert_eq!(sent, 0);
 }
 
-fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
+pub(crate) fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     let start = Instant::now();
     while !holds() {
         assert!(start.elapsed() < LIMIT, "{what} did not happen");
@@ -74,7 +74,7 @@ fn ctrl_c_among_several_runs_leaves_those_that_are_complete() {
     let place = Place::new();
     let several = [
         "--generations",
-        "20",
+        "200",
         "--runs",
         "3",
         "--jobs",

@@ -92,14 +92,15 @@ fn ctrl_c_saves_all_and_says_how_to_go_on() {
     for out in [&["--out", "parts"][..], &[]] {
         let endless = [&several, ENDLESS, out, &["--executor", "tree"]].concat();
         let mut command = place.command(&tiny(&endless));
-        let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
+        let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
         let folder = |seed| {
             let folders = if out.is_empty() { "runs/data-seed-" } else { "parts/seed-" };
             place.path(&format!("{folders}{seed}"))
         };
-        while logged(&folder(1)) == 0 {
-            std::thread::sleep(std::time::Duration::from_millis(2));
-        }
+        crate::interruption::wait_until("a generation", || {
+            assert!(run.try_wait().expect("it can be asked").is_none(), "it ended early");
+            logged(&folder(1)) > 0
+        });
         crate::interruption::interrupt(&run);
         let output = run.wait_with_output().expect("it ends");
         let said = String::from_utf8(output.stderr).expect("UTF-8");

@@ -85,6 +85,10 @@ fn a_run_is_shown_on_what_it_holds_out() {
     let parts = ["--train-match", "drive_a*", "--holdout-match", "drive_b*"];
     place.ok(&tiny(&[&parts[..], &["--quiet", "--out", "run"]].concat()));
     let text = place.ok(&["show", "run", "--out", "pictures", "--scale", "2"]);
+    assert_eq!(
+        place.ok(&["show", "run/best.gp", "--out", "again", "--scale", "2"]).replace("again", "pictures"),
+        text
+    );
     assert!(text.starts_with("pictures: 3 pictures of the held-out images of run, all of them"), "{text}");
     let report = place.ok(&["eval", "run", "--json"]);
     let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");

@@ -316,6 +316,8 @@ pub struct Picture {
 pub struct Rivals {
     /// What all were tested on.
     pub part: Part,
+    /// Altered copies of each training image that some were tuned on too (see [`Rival`](crate::baseline::Rival)).
+    pub copies: u32,
     /// The rows, the evolved program first.
     pub rows: Vec<Rival>,
 }

@@ -7,6 +7,7 @@ use maud::{Markup, html};
 use super::chart::{Axis, Ink, Plot, PlotError, Series, Shape, Unit};
 use super::model::{Command, Member, Part, Program, Rivals, Run};
 use super::parts::{Figure, Table, between, count, duration, grouped, maybe, none, percent};
+use crate::baseline::Rival;
 
 /// Bytes of the texts of the hall of fame, at most.
 const PROGRAM_BYTES: usize = 200_000;
@@ -298,12 +299,18 @@ fn svg_uri(svg: &str) -> String {
 /// The table of the rivals.
 pub(super) fn rivals(rivals: &Rivals) -> Markup {
     let tested = rivals.part.name();
-    let mut table = Table::new(
-        "Rivals are tuned on the training images alone, gradient, polly and lorigo with the altered copies \
-         that evolution had of them. Median: with a median over three frames. One frame: share of the errors \
-         that are gone in the next labelled frame. Time: the labelled columns of an image.",
-        &["detector", "training", tested, "95 %", "median", "one frame", "time"],
+    let names: Vec<&str> =
+        Rival::ALL.into_iter().filter(|rival| rival.takes_copies()).map(Rival::name).collect();
+    let copies = match rivals.copies {
+        0 => String::new(),
+        _ => format!(" ({} with the altered copies that evolution had of them)", names.join(", ")),
+    };
+    let caption = format!(
+        "Rivals are tuned on the training images{copies}, never on others. Median: with a median over three frames. One frame: share of the errors \
+         that are gone in the next labelled frame. Time: the labelled columns of an image."
     );
+    let mut table =
+        Table::new(&caption, &["detector", "training", tested, "95 %", "median", "one frame", "time"]);
     table.chosen.push(0);
     for row in &rivals.rows {
         table.row([

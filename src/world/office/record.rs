@@ -260,8 +260,8 @@ impl World {
         self.set(Which::Elsewhere(seed), None).expect("generated buildings are in range")
     }
 
-    /// Another building with things that no building trained on holds, seen by a camera of another pitch, height and
-    /// exposure, by seed.
+    /// The building of this seed with things that no building trained on holds, seen by a camera of another pitch, height
+    /// and exposure. Its hallways and lights are those of [`World::elsewhere`].
     pub fn changed(self, seed: u64) -> Dataset {
         self.set(Which::Changed(seed), None).expect("generated buildings are in range")
     }

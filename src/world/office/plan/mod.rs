@@ -48,7 +48,7 @@ pub use error::PlanError;
 /// | `skirting` | albedo, height | once |
 ///
 /// The middle of whatever stands, hangs or walks is in a room. Chairs are 0.35 m high at least. A robot 0.48 m wide has
-/// room at a start from which it is to drive.
+/// room at a start, if a robot is to drive from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Seed of the patterns on its surfaces.
