@@ -241,7 +241,7 @@ pub(crate) fn next(
     let mut next = Vec::new();
     if let Some(parts) = source.parts() {
         let words = [
-            ("the built-in images", "every error, column by column"),
+            ("the built-in images", "its errors, column by column"),
             ("the building of validation", "the same on the validation images"),
             ("the held-out building", "the same on the held-out images"),
         ];
@@ -258,7 +258,7 @@ pub(crate) fn next(
         // Only the run folder knows which images are in which part.
         let run = shell_word(folder);
         for (part, what) in parts.into_iter().flatten() {
-            next.push(format!("vsonar eval {run} --part {part}    # every error {what}"));
+            next.push(format!("vsonar eval {run} --part {part}    # its errors {what}"));
         }
         if let Some(data) = source.folder() {
             next.push(format!(
