@@ -117,24 +117,17 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     }
     let world = match args.world {
         Some(world) => world,
-        None => {
-            if own_world(&args.program)? == Some(World::Nsh) {
-                Kind::Nsh
-            } else {
-                Kind::Fmrb
-            }
-        }
+        None if own_world(&args.program)? == Some(World::Nsh) => Kind::Nsh,
+        None => Kind::Fmrb,
     };
     let building = Building { kind: world, seed: args.seed, changed: args.changed };
     let office = building.office()?;
     let columns = args.columns.of(office.size().0)?;
     let program_file = super::program::file(&args.program)?;
     let mut sensors = vec![program(&program_file, &office)?];
-    let sets = args.against.is_some().then(|| Sets::choose(&args.program, world, args.tune_on));
-    let mut sets = sets.transpose()?;
-    if let Some(sets) = &mut sets {
-        let asked = args.against.clone().unwrap_or_default();
-        sets.tuned_on.rivals = asked.rivals();
+    let choose = |asked: &Others| Sets::choose(&args.program, world, args.tune_on, asked.rivals());
+    let sets = args.against.as_ref().map(choose).transpose()?;
+    if let Some((asked, sets)) = args.against.as_ref().zip(sets.as_ref()) {
         sensors.extend(others(asked, sets)?);
     }
     let scores = |sensor| sets.as_ref().map_or(Ok(None), |sets| sets.scores(sensor));
@@ -213,17 +206,17 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 }
 
 /// What the program is held against, tuned where it is to be tuned.
-fn others(asked: Others, sets: &Sets) -> Result<Vec<Sensor>, CliError> {
+fn others(asked: &Others, sets: &Sets) -> Result<Vec<Sensor>, CliError> {
     let tuner = sets.copies.tuner(&sets.training, sets.tuned_on.tolerance);
-    let sensor = |one: Against| {
-        Ok(match one {
+    let sensor = |one: &Against| {
+        Ok(match *one {
             Against::Sonar => Sensor::Sonar,
             Against::Truth => Sensor::Truth,
             Against::Rival(rival) => Sensor::Rival(Box::new(tuner.tune(rival))),
             Against::Flow => sets.flow()?,
         })
     };
-    asked.0.into_iter().map(sensor).collect()
+    asked.0.iter().map(sensor).collect()
 }
 
 /// The program, optimised for the office's pictures.

@@ -67,8 +67,13 @@ pub(crate) fn own_world(program: &Path) -> Result<Option<World>, CliError> {
 
 impl Sets {
     /// The images that the run of the program was evolved on, if it was in a world; those of `tune_on` if that is asked
-    /// for; else those of the building's own world. The tolerance is that of the run.
-    pub(crate) fn choose(program: &Path, kind: Kind, tune_on: Option<World>) -> Result<Sets, CliError> {
+    /// for; else those of the building's own world. The tolerance is that of the run; `rivals` are to be tuned on them.
+    pub(crate) fn choose(
+        program: &Path,
+        kind: Kind,
+        tune_on: Option<World>,
+        rivals: Vec<Rival>,
+    ) -> Result<Sets, CliError> {
         let (mut tolerance, mut own, mut copies) = (TOLERANCE, None, Copies::default());
         if let Some(run) = run_of(program) {
             let file = SettingsFile::read(&run.join("settings.toml"))?;
@@ -97,7 +102,7 @@ impl Sets {
             tolerance,
             as_the_program: own.as_ref() == Some(&recorded),
             altered_copies: copies.per_image(),
-            rivals: Vec::new(),
+            rivals,
         };
         Ok(Sets { tuned_on, training, held_out, copies, recorded })
     }

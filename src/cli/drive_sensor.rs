@@ -42,7 +42,7 @@ impl Against {
 }
 
 /// What the program is held against: each once, in the order of [`Against::all`].
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Others(pub(crate) Vec<Against>);
 
 impl Others {

@@ -22,7 +22,6 @@
 use std::sync::Arc;
 
 use crate::camera::Camera;
-use crate::world::SetupError;
 use crate::world::geometry::{Room, Solid, Vec3, Wall};
 use crate::world::noise::{Stream, hash};
 use carpet::Carpet;
@@ -34,6 +33,7 @@ use sight::Sight;
 use space::Space;
 
 mod carpet;
+mod error;
 mod grabber;
 mod light;
 mod paint;
@@ -48,6 +48,7 @@ mod sight;
 mod space;
 mod wander;
 
+pub use error::OfficeError;
 pub use grabber::Grabber;
 pub use part::{Part, Thing};
 pub use people::Crowd;
@@ -85,41 +86,6 @@ pub struct Place {
     pub y: f64,
     /// Direction it looks and drives in, in radians; 0 is along x, positive turns to the left.
     pub heading: f64,
-}
-
-/// Why an office cannot be built or recorded.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum OfficeError {
-    /// The pictures cannot be rendered.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
-    /// The plan is none.
-    #[error("the plan, printed: {0}")]
-    Plan(#[from] PlanError),
-    /// A robot cannot stand where the plan lets a run begin.
-    #[error(
-        "a robot {width} m wide cannot stand at ({x}, {y}), where a run begins; move the `start` farther from walls and \
-         things"
-    )]
-    Start {
-        /// Its place among the plan's starts.
-        start: usize,
-        /// In metres.
-        x: f64,
-        /// In metres.
-        y: f64,
-        /// Width of the robot, in metres.
-        width: f64,
-    },
-    /// The plan has no start, and none was found.
-    #[error(
-        "no place was found at which a robot {width} m wide can stand; make room between walls and things, or give a \
-         `start`"
-    )]
-    NoStart {
-        /// Width of the robot, in metres.
-        width: f64,
-    },
 }
 
 /// A building and the camera of the robot in it. A copy shares what was computed for it.
