@@ -55,6 +55,7 @@ pub mod label;
 pub mod lower;
 pub mod report;
 pub mod statistics;
+pub mod support;
 pub mod tree;
 pub mod vision;
 pub mod watch;

@@ -12,17 +12,17 @@
 //! ```
 
 use std::fmt::Write as _;
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::{Camera, CameraError};
+use crate::support::bounded::Bounded;
 
-/// Far above any camera's file; what is longer is none, and refused, for what is cut may be another camera.
-const MAX_BYTES: u64 = 1 << 20;
+/// Reads far more than any camera's file. It may come through a pipe.
+const CAMERA: Bounded = Bounded::to(1 << 20).or_pipes();
 
 /// A camera's file that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -34,14 +34,6 @@ pub enum CameraFileError {
         path: PathBuf,
         /// Why it failed.
         source: io::Error,
-    },
-    /// It is far longer than any camera's file.
-    #[error("{}: larger than {} MiB, which no camera's file is; is it the right one?", path.display(), limit >> 20)]
-    TooLong {
-        /// The file.
-        path: PathBuf,
-        /// The largest size, in bytes.
-        limit: u64,
     },
     /// It is not TOML, or a number is missing, unknown or no number.
     #[error(
@@ -75,7 +67,6 @@ pub enum CameraFileError {
 fn remedy(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::NotFound => "; check the path, or make the file with `vsonar calibrate`",
-        io::ErrorKind::InvalidData => "; it has to be text, in UTF-8",
         _ => "",
     }
 }
@@ -97,13 +88,7 @@ impl Camera {
     /// If the file cannot be read, or is larger than 1 MiB; else as [`Camera::from_toml`].
     pub fn load(path: &Path) -> Result<Camera, CameraFileError> {
         let unread = |source| CameraFileError::Read { path: path.to_path_buf(), source };
-        let mut bytes = Vec::new();
-        File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes)).map_err(unread)?;
-        if bytes.len() as u64 > MAX_BYTES {
-            return Err(CameraFileError::TooLong { path: path.to_path_buf(), limit: MAX_BYTES });
-        }
-        let text = String::from_utf8(bytes)
-            .map_err(|e| unread(io::Error::new(io::ErrorKind::InvalidData, e.utf8_error())))?;
+        let text = CAMERA.text(path).map_err(unread)?;
         Camera::from_toml(&text, &path.display().to_string())
     }
 
@@ -228,7 +213,7 @@ mod tests {
         let filled = |bytes: usize| format!("{sound}#{}", "é".repeat(bytes / 2 - sound.len() / 2));
         std::fs::write(&path, filled(1 << 20) + "\ndistortion = -0.3\n").expect("writable");
         let said = complaint(&path);
-        assert!(said.contains("camera.toml: larger than 1 MiB"), "{said}");
+        assert!(said.contains("camera.toml: cannot read the camera: it is larger than 1 MiB"), "{said}");
         std::fs::write(&path, filled((1 << 20) - 100) + "\ndistortion = -0.3\n").expect("writable");
         assert_eq!(Camera::load(&path).expect("sound").distortion, -0.3);
     }

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use vsonar::benchmark::{Fresh, StoreKey, evolve_fresh};
 use vsonar::dataset::Dataset;
 use vsonar::evolve::{Evolution, Settings};
+use vsonar::support::bounded::Bounded;
 
 use super::CliError;
 use super::bench::interrupted;
@@ -65,9 +66,12 @@ pub(crate) fn individuals(
     }
 }
 
+/// Reads a population that is kept.
+const STORED: Bounded = Bounded::to(1 << 30);
+
 /// The individuals of a file, if it is there.
 fn stored(key: StoreKey, generation: u32, path: &Path) -> Result<Option<Fresh>, CliError> {
-    match std::fs::read(path) {
+    match STORED.bytes(path) {
         // What is no UTF-8 is no longer what the checksum is of.
         Ok(bytes) => Ok(Some(key.read(generation, path, &String::from_utf8_lossy(&bytes))?)),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),

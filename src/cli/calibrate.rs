@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 
 use vsonar::camera::calibrate::{self, CalibrateError, Calibration, Known, Number, Source};
 use vsonar::camera::{Camera, points};
+use vsonar::support::bounded::Bounded;
 
 use super::CliError;
 use super::output::{self, count, from_here};
 use super::program::size;
 use super::table::Table;
-use super::text_file;
 
-/// Far above any table of points, in MiB.
-const LONGEST: u64 = 16;
+/// Reads far more than any table of points. It may come through a pipe.
+const TABLE: Bounded = Bounded::to(16 << 20).or_pipes();
 
 const EXAMPLES: &str = "\
 Examples:
@@ -118,7 +118,7 @@ fn may_write(out: &Path, table: &Path, force: bool) -> Result<(), CliError> {
 }
 
 fn read(table: &Path) -> Result<Vec<points::Point>, CliError> {
-    let text = text_file::read(table, "the table", LONGEST)?;
+    let text = TABLE.text(table).map_err(|e| CliError::file(table, "read the table", &e))?;
     Ok(points::read(&text, &table.display().to_string())?)
 }
 

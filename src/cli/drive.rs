@@ -13,6 +13,7 @@ use vsonar::drive::run::{Run, Settings, drive};
 use vsonar::drive::summary::Summary;
 use vsonar::drive::video::Video;
 use vsonar::ir::opt;
+use vsonar::support::durable;
 use vsonar::world::office::{FRAME_RATE, Kind, Office, World};
 
 use super::drive_scores::{Sets, own_world};
@@ -345,7 +346,8 @@ impl Film {
 
     fn finish(self, folder: &NewFolder) -> Result<(), CliError> {
         let file = self.video.into_inner().into_inner().map_err(io::IntoInnerError::into_error);
-        file.and_then(|file| file.sync_all()).map_err(|error| folder.cannot_write(VIDEO, &error))
+        file.and_then(|file| durable::sync_file(&file, folder.part()))
+            .map_err(|error| folder.cannot_write(VIDEO, &error))
     }
 }
 

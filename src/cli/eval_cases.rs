@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use vsonar::dataset::{Constants, Dataset, TOLERANCE};
-use vsonar::evolve::Settings;
+use vsonar::evolve::{RunFolder, Settings};
 
 use super::CliError;
 use super::against::Named;
@@ -52,7 +52,7 @@ pub(super) fn run_of(program: &Path) -> Option<PathBuf> {
     let settings = folder.join("settings.toml");
     let is_run = || {
         ["log.jsonl", "checkpoint"].iter().any(|name| folder.join(name).is_file())
-            || std::fs::read_to_string(&settings).is_ok_and(|text| text.contains("\ntrain_fingerprint"))
+            || RunFolder::SETTINGS.text(&settings).is_ok_and(|text| text.contains("\ntrain_fingerprint"))
     };
     (settings.is_file() && (program.is_dir() || is_run())).then(|| folder.to_path_buf())
 }
@@ -169,7 +169,7 @@ fn part_of_run(
     part: Option<RunPart>,
 ) -> Result<(RunPart, Dataset), CliError> {
     // The held-out part of a run that is not complete is not looked at by accident.
-    let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap_or_default();
+    let log = RunFolder::RECORDED.text(&run.join("log.jsonl")).unwrap_or_default();
     // A last line without its end is of a generation that was being written.
     let complete = log.matches('\n').count() >= generations as usize;
     let part =

@@ -19,7 +19,7 @@ use super::settings::SettingsArgs;
 use super::source::Source;
 use super::summary::Report;
 use super::view::{Style, View};
-use super::{CliError, evolve_runs, interrupt};
+use super::{CliError, evolve_runs, interrupt, notices};
 
 /// The folder that run folders are made in.
 pub(crate) const RUNS: &str = "runs";
@@ -128,6 +128,13 @@ pub(crate) struct Plan {
     pub(crate) named: Option<PathBuf>,
 }
 
+/// Where a run starts from.
+enum Beginning<'a> {
+    Fresh(Plan),
+    /// The folder of a run that is not complete.
+    Resumed(&'a Path),
+}
+
 /// A run ready to go.
 struct Prepared {
     evolution: Evolution,
@@ -175,12 +182,18 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         return evolve_runs::run(&args, args.runs.unwrap_or(1));
     }
     let style = Style::of(args.quiet, args.json);
+    // Settings may come through a pipe, which Ctrl-C has to end.
+    let beginning = match &args.resume {
+        Some(folder) => Beginning::Resumed(folder),
+        None => Beginning::Fresh(args.plan()?),
+    };
     let stop = interrupt::stop_flag()?;
     let server = args.watch.bind()?;
-    let mut prepared = match &args.resume {
-        Some(folder) => resume(&args, folder)?,
-        None => fresh(&args)?,
+    let mut prepared = match beginning {
+        Beginning::Resumed(folder) => resume(&args, folder)?,
+        Beginning::Fresh(plan) => fresh(&args, plan)?,
     };
+    notices::print();
     announce(&prepared, &args, style)?;
     let page = args.watch.start(server, 1, prepared.evolution.settings().generations)?;
     let run = page.begin(&prepared.folder, &prepared.source, &prepared.evolution);
@@ -212,8 +225,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 }
 
 /// A new run. What can be wrong is found before the run folder is made.
-fn fresh(args: &Args) -> Result<Prepared, CliError> {
-    let Plan { source, settings, named } = args.plan()?;
+fn fresh(args: &Args, Plan { source, settings, named }: Plan) -> Result<Prepared, CliError> {
     let executor = args.executor.make()?;
     if let Some(out) = &args.out
         && out.symlink_metadata().is_ok()

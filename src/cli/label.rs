@@ -15,7 +15,7 @@ use vsonar::web::Server;
 use super::executor::with_stack;
 use super::output::{self, count, printable, shell_word};
 use super::program::Loaded;
-use super::{CliError, interrupt, run_columns, serve};
+use super::{CliError, interrupt, notices, run_columns, serve};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -94,6 +94,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         Some(file) => Server::bind_again(file, args.port)?,
         None => serve::bind(args.port)?,
     };
+    notices::print();
     let (session, address) = (Arc::new(session), server.address());
     let running = label::serve(session.clone(), server)?;
     announce(&args, &session, &address)?;

@@ -39,6 +39,7 @@ mod label;
 mod live;
 mod memory;
 mod new_folder;
+mod notices;
 mod output;
 mod part;
 mod program;
@@ -66,7 +67,6 @@ mod summary;
 mod sweep;
 mod synth;
 mod table;
-mod text_file;
 mod tuning;
 mod view;
 
@@ -155,6 +155,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Synth(args) => synth::run(args),
         Command::Completions(args) => completions::run(args),
     };
+    notices::print();
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => error.report(),

@@ -4,6 +4,9 @@ use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
+use vsonar::support::durable;
+use vsonar::support::temporary::{self, Access, TemporaryFile};
+
 use super::CliError;
 
 /// Writes text to standard output.
@@ -78,19 +81,16 @@ impl Own {
 }
 
 fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let new = temporary(path)?;
-    let write = || -> io::Result<()> {
-        let mut file = File::create(&new)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&new, path)
-    };
-    let written = write();
-    if written.is_err() {
-        // The failure that counts is the first one.
-        let _ = fs::remove_file(&new);
-    }
-    written
+    temporary::clear(path);
+    written(path, bytes)?.replace(path)
+}
+
+/// A file that is written and on the disk, but not yet in its place.
+fn written(path: &Path, bytes: &[u8]) -> io::Result<TemporaryFile> {
+    let mut new = TemporaryFile::beside(path, &Access::Ordinary)?;
+    new.file().write_all(bytes)?;
+    durable::sync_file(new.file(), path)?;
+    Ok(new)
 }
 
 /// Puts files into a folder, all of them or none: each is written under a temporary name, and only when all are there
@@ -116,45 +116,28 @@ pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: boo
     }
     let made: Vec<&Path> =
         folder.ancestors().take_while(|f| !f.as_os_str().is_empty() && !f.exists()).collect();
-    let mut written: Vec<PathBuf> = Vec::new();
-    let mut write = || -> Result<(), CliError> {
+    let write = || -> Result<(), CliError> {
         fs::create_dir_all(folder).map_err(|e| CliError::file(folder, "make the folder", &e))?;
+        temporary::clear_in(folder, |stem| files.iter().any(|(name, _)| name == stem));
+        let mut all = Vec::new();
         for (name, bytes) in files {
             let path = folder.join(name);
-            let failed = |e: io::Error| CliError::file(&path, "write the file", &e);
-            let new = temporary(&path).map_err(failed)?;
-            written.push(new.clone());
-            let mut file = File::create(&new).map_err(failed)?;
-            file.write_all(bytes).and_then(|()| file.sync_all()).map_err(failed)?;
+            let new = written(&path, bytes).map_err(|e| CliError::file(&path, "write the file", &e))?;
+            all.push((path, new));
         }
-        for ((name, _), new) in files.iter().zip(&written) {
-            let path = folder.join(name);
-            fs::rename(new, &path).map_err(|e| CliError::file(&path, "write the file", &e))?;
+        for (path, new) in all {
+            new.replace(&path).map_err(|e| CliError::file(&path, "write the file", &e))?;
         }
         Ok(())
     };
     let done = write();
     if done.is_err() {
         // The failure that counts is the first one.
-        for new in written {
-            let _ = fs::remove_file(new);
-        }
         for folder in made {
             let _ = fs::remove_dir(folder);
         }
     }
     done
-}
-
-/// A name beside `path` that no other process uses.
-fn temporary(path: &Path) -> io::Result<PathBuf> {
-    let Some(leaf) = path.file_name() else {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "this does not name a file"));
-    };
-    let mut name = std::ffi::OsString::from(".");
-    name.push(leaf);
-    name.push(format!(".{}.tmp", std::process::id()));
-    Ok(path.with_file_name(name))
 }
 
 /// The path as one word of a shell's command line, so that what is printed can be copied.

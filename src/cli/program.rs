@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use vsonar::export::Provenance;
 use vsonar::ir::{Program, text};
+use vsonar::support::bounded::Bounded;
 use vsonar::tree::Individual;
 
 use super::CliError;
 
-/// Far above the text of any program, in MiB.
-const LONGEST: u64 = 64;
+/// Reads far more than the text of any program. It may come through a pipe.
+const PROGRAM: Bounded = Bounded::to(64 << 20).or_pipes();
 
 /// What a file holds.
 #[derive(Debug)]
@@ -28,7 +29,7 @@ impl Loaded {
             let (individual, text) = Individual::load_with_text(path)?;
             return Ok(Loaded::Individual(individual, text));
         }
-        let source = super::text_file::read(path, "the program", LONGEST)?;
+        let source = PROGRAM.text(path).map_err(|e| CliError::file(path, "read the program", &e))?;
         let program = text::parse(&source);
         program
             .map(|program| Loaded::Program(Box::new(program)))

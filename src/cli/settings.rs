@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use vsonar::evolve::{Draft, Preset, Settings, SettingsError};
+use vsonar::evolve::{Draft, Preset, RunFolder, Settings, SettingsError};
+use vsonar::support::bounded::Bounded;
 
 use super::CliError;
 use super::output::grouped;
@@ -153,7 +154,7 @@ impl SettingsArgs {
 
     /// The settings file, if one is named.
     pub(crate) fn file(&self) -> Result<Option<SettingsFile>, CliError> {
-        self.settings.as_deref().map(SettingsFile::read).transpose()
+        self.settings.as_deref().map(SettingsFile::given).transpose()
     }
 }
 
@@ -166,8 +167,18 @@ pub(crate) struct SettingsFile {
 }
 
 impl SettingsFile {
+    /// Reads that of a run folder.
     pub(crate) fn read(path: &Path) -> Result<SettingsFile, CliError> {
-        let text = std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read the file", &e))?;
+        SettingsFile::read_by(RunFolder::SETTINGS, path)
+    }
+
+    /// Reads one that was typed, which may come through a pipe.
+    fn given(path: &Path) -> Result<SettingsFile, CliError> {
+        SettingsFile::read_by(RunFolder::SETTINGS.or_pipes(), path)
+    }
+
+    fn read_by(reader: Bounded, path: &Path) -> Result<SettingsFile, CliError> {
+        let text = reader.text(path).map_err(|e| CliError::file(path, "read the file", &e))?;
         let table = toml::from_str(&text).unwrap_or_default();
         Ok(SettingsFile { path: path.to_path_buf(), text, table })
     }

@@ -10,6 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use image::RgbImage;
 use vsonar::frames::Rate;
 use vsonar::frames::y4m::{Chroma, Header, Writer};
+use vsonar::support::durable;
+use vsonar::support::temporary::{self, TemporaryFolder};
 
 use super::CliError;
 use super::ffmpeg::{self, Running};
@@ -18,7 +20,6 @@ use super::ffmpeg::{self, Running};
 #[derive(Debug)]
 pub(crate) struct Video {
     path: PathBuf,
-    part: PathBuf,
     kind: Kind,
 }
 
@@ -51,11 +52,7 @@ impl Video {
                 format!("{}: exists already and is never overwritten; choose another name", path.display());
             return Err(CliError::Failed(text));
         }
-        let mut hidden = std::ffi::OsString::from(".");
-        hidden.push(path.file_stem().unwrap_or_default());
-        // ffmpeg goes by the ending.
-        hidden.push(format!(".part-{}.{ending}", std::process::id()));
-        Ok(Video { path: path.into(), part: path.with_file_name(hidden), kind })
+        Ok(Video { path: path.into(), kind })
     }
 
     /// Writes the frames, which are all of one size, at least one.
@@ -66,15 +63,21 @@ impl Video {
         stop: &Arc<AtomicBool>,
     ) -> Result<(), CliError> {
         let failed = |e: io::Error| CliError::file(&self.path, "write the video", &e);
+        temporary::clear(&self.path);
+        let hidden = TemporaryFolder::beside(&self.path).map_err(failed)?;
+        // ffmpeg goes by the ending.
+        let part =
+            hidden.path().join(Path::new("video").with_extension(self.path.extension().unwrap_or_default()));
         match self.kind {
             Kind::Y4m => {
-                let file = File::create_new(&self.part).map_err(failed)?;
+                let file = File::create_new(&part).map_err(failed)?;
                 let file =
                     stream(BufWriter::new(file), frames, rate, stop).map_err(|e| self.broken(e, stop))?;
-                file.into_inner().map_err(|e| failed(e.into_error()))?.sync_all().map_err(failed)?;
+                let file = file.into_inner().map_err(|e| failed(e.into_error()))?;
+                durable::sync_file(&file, &self.path).map_err(failed)?;
             }
             Kind::Encoded { movable } => {
-                let running = Running::start(self.command(movable), stop)?;
+                let running = Running::start(command(&part, movable), stop)?;
                 let pipe = running.input().ok_or_else(|| failed(io::ErrorKind::BrokenPipe.into()))?;
                 let written = stream(pipe, frames, rate, stop).map(drop);
                 // What ffmpeg says tells more than that it no longer reads.
@@ -95,20 +98,7 @@ impl Video {
             let text = "something of this name has appeared";
             return Err(failed(io::Error::new(io::ErrorKind::AlreadyExists, text)));
         }
-        fs::rename(&self.part, &self.path).map_err(failed)
-    }
-
-    fn command(&self, movable: bool) -> std::process::Command {
-        let mut command = ffmpeg::command();
-        command.args(["-f", "yuv4mpegpipe", "-i", "pipe:0", "-an"]);
-        // Most players want even sides and samples of colour for four pixels.
-        command.args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"]);
-        if movable {
-            command.args(["-movflags", "+faststart"]);
-        }
-        command.arg("-n").arg(ffmpeg::file(&self.part));
-        command.stdin(Stdio::piped()).stdout(Stdio::null());
-        command
+        fs::rename(&part, &self.path).map_err(failed)
     }
 
     fn broken(&self, error: io::Error, stop: &AtomicBool) -> CliError {
@@ -119,15 +109,22 @@ impl Video {
     }
 }
 
-fn interrupted() -> CliError {
-    CliError::Interrupted("interrupted; no video was written".to_string())
+/// ffmpeg, which makes a file of the frames that it is given.
+fn command(file: &Path, movable: bool) -> std::process::Command {
+    let mut command = ffmpeg::command();
+    command.args(["-f", "yuv4mpegpipe", "-i", "pipe:0", "-an"]);
+    // Most players want even sides and samples of colour for four pixels.
+    command.args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"]);
+    if movable {
+        command.args(["-movflags", "+faststart"]);
+    }
+    command.arg("-n").arg(ffmpeg::file(file));
+    command.stdin(Stdio::piped()).stdout(Stdio::null());
+    command
 }
 
-impl Drop for Video {
-    fn drop(&mut self) {
-        // After a success it is no longer there.
-        let _ = fs::remove_file(&self.part);
-    }
+fn interrupted() -> CliError {
+    CliError::Interrupted("interrupted; no video was written".to_string())
 }
 
 /// Writes the frames as Y4M; the output, after all of them.

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use vsonar::camera::{Camera, CameraError};
 use vsonar::dataset::Dataset;
+use vsonar::support::bounded::Bounded;
 use vsonar::world::Progress;
 use vsonar::world::office::{Office, OfficeError, Plan, Setup, World, record_told};
 
-use super::{CliError, recording, text_file};
+use super::{CliError, recording};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -64,14 +65,14 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     })
 }
 
-/// The longest plan, in MiB; the library reads no longer ones.
-const LONGEST: u64 = 1;
+/// Reads a plan; the library takes no longer ones. It may come through a pipe.
+const PLAN: Bounded = Bounded::to(1 << 20).or_pipes();
 /// Images of a building of one's own.
 const FRAMES: usize = 70;
 
 /// What is recorded in the building of a file.
 fn planned(path: &Path, args: &Args, progress: &Progress) -> Result<Dataset, CliError> {
-    let text = text_file::read(path, "the plan", LONGEST)?;
+    let text = PLAN.text(path).map_err(|e| CliError::file(path, "read the plan", &e))?;
     let plan: Plan = text.parse().map_err(|e| CliError::Failed(located(path, &format!("{e}"))))?;
     let mut setup = Setup::default();
     if let Some(path) = &args.camera {

@@ -25,6 +25,8 @@ use image::ImageFormat;
 
 use super::Dataset;
 use super::scan::{IMAGES, TABLE};
+use crate::support::durable;
+use crate::support::temporary::{self, TemporaryFolder};
 
 /// Why a set could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -48,16 +50,6 @@ pub enum SaveError {
     },
 }
 
-/// Removes an unfinished folder when an error leaves the function.
-struct Unfinished(PathBuf);
-
-impl Drop for Unfinished {
-    fn drop(&mut self) {
-        // nothing better can be done about a failure here, and the first error is the one to report
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
 impl Dataset {
     /// Writes the set as a new folder: `labels.csv`, and the images as PNG in `images`. A name that does not
     /// end in `.png` gets this ending, so a set with such names comes back with longer ones. The parent
@@ -67,27 +59,25 @@ impl Dataset {
     /// If something of that name exists (nothing is ever overwritten), or the system refuses to write.
     pub fn save(&self, dir: impl AsRef<Path>) -> Result<(), SaveError> {
         let dir = dir.as_ref();
-        let Some(name) = dir.file_name() else { return Err(SaveError::NoName(dir.into())) };
+        if dir.file_name().is_none() {
+            return Err(SaveError::NoName(dir.into()));
+        }
         if dir.symlink_metadata().is_ok() {
             return Err(SaveError::Exists(dir.into()));
         }
-        let mut hidden = std::ffi::OsString::from(".");
-        hidden.push(name);
-        hidden.push(format!(".part-{}", std::process::id()));
-        let part = dir.with_file_name(hidden);
-        fs::create_dir(&part).map_err(|e| io(dir, e))?;
-        let part = Unfinished(part);
+        temporary::clear(dir);
+        let part = TemporaryFolder::beside(dir).map_err(|e| io(dir, e))?;
         for (name, bytes) in self.files() {
-            let path = part.0.join(&name);
+            let path = part.path().join(&name);
             let write = || {
                 path.parent().map_or(Ok(()), fs::create_dir_all)?;
                 let mut file = File::create(&path)?;
                 file.write_all(&bytes)?;
-                if name == TABLE { file.sync_all() } else { Ok(()) }
+                if name == TABLE { durable::sync_file(&file, dir) } else { Ok(()) }
             };
             write().map_err(|e| io(&dir.join(&name), e))?;
         }
-        fs::rename(&part.0, dir).map_err(|e| io(dir, e))
+        part.place(dir).map_err(|e| io(dir, e))
     }
 
     /// The files of the folder that [`Dataset::save`] writes, by path in it: an image at a time, made when it is asked

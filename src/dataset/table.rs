@@ -5,6 +5,10 @@ use std::ops::Range;
 use std::path::{Component, Path};
 
 use super::fault::{Fault, FaultKind, Place};
+use crate::support::bounded::Bounded;
+
+/// Reads a table of labels.
+pub(crate) const LABELS: Bounded = Bounded::to(1 << 30);
 
 /// One row, its numbers not yet held against an image.
 pub(crate) struct Row {
@@ -33,7 +37,7 @@ pub(super) fn read_table(path: &Path, faults: &mut Vec<Fault>) -> (Vec<Named>, V
         faults.push(Fault { at: Place::Set, kind: FaultKind::NoTable(path.into()) });
         return nothing;
     }
-    let bytes = match std::fs::read(path) {
+    let bytes = match LABELS.bytes(path) {
         Ok(bytes) => bytes,
         Err(e) => {
             faults.push(Fault { at: Place::Set, kind: FaultKind::Table(e.to_string()) });

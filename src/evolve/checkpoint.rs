@@ -12,12 +12,12 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::durable::FileError;
 use super::fitness::CaseBits;
 use super::hall_of_fame::{Entry, EntryLine, HallOfFame};
 use super::population::{Genotype, Member, Outcome};
 use super::record::Record;
 use super::validation::Verdicts;
+use crate::support::durable::FileError;
 use crate::tree::{Individual, Node, NodeType, Tree, TreeIndex};
 
 const MAGIC: [u8; 8] = *b"VSONARCP";

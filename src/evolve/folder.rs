@@ -16,21 +16,25 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::Deserialize;
 
 use super::checkpoint::{self, CheckpointError, Origin, State};
-use super::durable::{self, FileError, Naming, Sync, append_line, replace};
-use super::lock::Lock;
 use super::settings::{Settings, SettingsError};
 use super::validation::Verdicts;
+use crate::support::bounded::Bounded;
+use crate::support::durable::{self, FileError, Naming, Sync, append_line, replace};
+use crate::support::lock::Lock;
+use crate::support::temporary::{self, TemporaryFolder};
+
+/// The files that are replaced as a whole.
+const REPLACED: [&str; 5] = ["settings.toml", "log.jsonl", "best.gp", "hall_of_fame.jsonl", "checkpoint"];
 
 /// Why a run folder cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
     /// It could not be read or written.
-    #[error(transparent)]
+    #[error("{}{}", .0, remedy(&.0.source))]
     File(#[from] FileError),
     /// There is something of that name already.
     #[error(
@@ -54,6 +58,18 @@ pub enum FolderError {
     /// Its checkpoint cannot be used.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+}
+
+fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
+            "; the run is kept as of its last complete generation: make room on the disk, then go on with `--resume`"
+        }
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            "; choose a place that can be written: by `--out`, or, to go on with a run, by copying its folder there"
+        }
+        _ => "",
+    }
 }
 
 /// A run folder, locked for as long as the value lives.
@@ -121,6 +137,11 @@ struct DataTable {
 }
 
 impl RunFolder {
+    /// Reads a file of settings.
+    pub const SETTINGS: Bounded = Bounded::to(16 << 20);
+    /// Reads what grows with a run: its checkpoint, log and hall of fame.
+    pub const RECORDED: Bounded = Bounded::to(4 << 30);
+
     /// Makes a fresh run folder with its `settings.toml`. `data` says where the fitness cases come from, in
     /// the caller's terms; it is given back by [`RunFolder::open`].
     ///
@@ -146,19 +167,22 @@ impl RunFolder {
         // Again, for a path like `new/../run` leads nowhere before `new` is there.
         must_be_free(path)?;
         // Filled under another name first, so that a run folder has its settings from its first moment on.
-        let hidden = create_hidden(path)?;
-        let filled = RunFolder::lock(&hidden, data.clone(), settings).and_then(|mut folder| {
-            folder.write_settings(settings)?;
-            put_in_place(&hidden, path)?;
-            folder.path = path.to_path_buf();
-            durable::sync_folder_of(path)?;
-            Ok(folder)
-        });
-        if filled.is_err() {
-            // Made a moment ago, by us: nothing of anyone else's is in it.
-            let _ = fs::remove_dir_all(&hidden);
-        }
-        filled
+        temporary::clear(path);
+        let hidden = TemporaryFolder::beside(path).naming(path, "make the run folder")?;
+        let there = hidden.path().to_path_buf();
+        let in_place = |error| match error {
+            FolderError::File(error) => {
+                let path = error.path.strip_prefix(&there).map_or(error.path.clone(), |name| path.join(name));
+                FolderError::File(FileError { path, ..error })
+            }
+            other => other,
+        };
+        let mut folder = RunFolder::lock(hidden.path(), data.clone(), settings).map_err(in_place)?;
+        folder.write_settings(settings).map_err(in_place)?;
+        put_in_place(hidden, path)?;
+        folder.path = path.to_path_buf();
+        durable::sync_folder_of(path)?;
+        Ok(folder)
     }
 
     /// Makes a fresh run folder `NAME-seed-S` below `parent`, or the first of `NAME-seed-S-2`, `NAME-seed-S-3`
@@ -189,7 +213,7 @@ impl RunFolder {
     /// If it is no run folder, another process writes it, or its settings cannot be read.
     pub fn open(path: &Path) -> Result<(RunFolder, Settings), FolderError> {
         let file = path.join("settings.toml");
-        let text = match fs::read_to_string(&file) {
+        let text = match RunFolder::SETTINGS.text(&file) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 return Err(FolderError::NotARun(path.to_path_buf()));
             }
@@ -199,8 +223,7 @@ impl RunFolder {
         // The text was just read as settings, so it is TOML.
         let data = toml::from_str::<DataTable>(&text).map(|t| t.data).unwrap_or_default();
         let folder = RunFolder::lock(path, data, &settings)?;
-        let replaced = ["settings.toml", "log.jsonl", "best.gp", "hall_of_fame.jsonl", "checkpoint"];
-        durable::remove_leftovers(&replaced.map(|name| path.join(name)));
+        temporary::clear_in(path, |name| REPLACED.contains(&name));
         Ok((folder, settings))
     }
 
@@ -281,7 +304,7 @@ impl RunFolder {
     /// The state of the last complete generation, if there is one.
     pub(super) fn load(&self, origin: Origin) -> Result<Option<State>, FolderError> {
         let path = self.file("checkpoint");
-        let bytes = match fs::read(&path) {
+        let bytes = match RunFolder::RECORDED.bytes(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             bytes => bytes.naming(&path, "read the checkpoint")?,
         };
@@ -351,27 +374,9 @@ fn must_be_free(path: &Path) -> Result<(), FolderError> {
     }
 }
 
-/// Makes a folder beside `path` that nobody else has.
-fn create_hidden(path: &Path) -> Result<PathBuf, FolderError> {
-    static NUMBER: AtomicU64 = AtomicU64::new(0);
-    let leaf = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    loop {
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let hidden = path.with_file_name(format!(".{leaf}.{}-{number}.new", std::process::id()));
-        match fs::create_dir(&hidden) {
-            // Left behind by a process of the same number that was killed.
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-            made => {
-                made.naming(path, "make the run folder")?;
-                return Ok(hidden);
-            }
-        }
-    }
-}
-
 /// Gives a filled folder its name, unless another process was faster.
-fn put_in_place(hidden: &Path, path: &Path) -> Result<(), FolderError> {
-    match fs::rename(hidden, path) {
+fn put_in_place(hidden: TemporaryFolder, path: &Path) -> Result<(), FolderError> {
+    match hidden.place(path) {
         Err(error)
             if matches!(error.kind(), io::ErrorKind::AlreadyExists | io::ErrorKind::DirectoryNotEmpty) =>
         {
@@ -387,7 +392,7 @@ fn line(value: &impl serde::Serialize) -> String {
 }
 
 fn replace_if_new(path: &Path, text: &str) -> Result<(), FolderError> {
-    if fs::read(path).is_ok_and(|old| old == text.as_bytes()) {
+    if RunFolder::RECORDED.bytes(path).is_ok_and(|old| old == text.as_bytes()) {
         return Ok(());
     }
     Ok(replace(path, text.as_bytes(), Sync::Later)?)

@@ -333,7 +333,7 @@ impl Evolution {
         let task = self.task(generation, false, stop);
         let outcomes = self.evaluator.evaluate(&individuals, task, &mut tally)?;
         let Some(outcomes) = outcomes else { return Ok(None) };
-        let evaluate = start.elapsed() - breed;
+        let evaluate = start.elapsed().saturating_sub(breed);
         let evaluations = offspring.iter().filter(|o| o.copy_of.is_none()).count() as u64;
         let outcome = |i: usize| match firsts[parents.len() + i] {
             first if first < parents.len() => parents[first].outcome.clone(),

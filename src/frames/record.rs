@@ -2,13 +2,14 @@
 
 use std::fmt;
 use std::fs;
-use std::io::{self, Cursor};
+use std::io::{self, Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use image::ImageFormat;
 
 use super::Frame;
+use crate::support::temporary::{self, Access, TemporaryFile};
 
 /// How far apart the frames are that are kept. The first one always is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,6 +133,7 @@ impl Recorder {
     pub fn new(folder: &Path, every: Every) -> Result<Recorder, RecordError> {
         let fail = |action| move |source| RecordError::File { path: folder.to_path_buf(), action, source };
         fs::create_dir_all(folder).map_err(fail("make the folder"))?;
+        temporary::clear_in(folder, is_recorded);
         for entry in fs::read_dir(folder).map_err(fail("read the folder"))? {
             let name = entry.map_err(fail("read the folder"))?.file_name().to_string_lossy().into_owned();
             if is_recorded(&name) {
@@ -177,20 +179,9 @@ impl Recorder {
         self.png.set_position(0);
         let encoded = frame.pixels.write_to(&mut self.png, ImageFormat::Png);
         encoded.map_err(|error| fail(io::Error::other(error)))?;
-        let new = self.folder.join(format!(".{name}.{}.tmp", std::process::id()));
-        let write = || -> io::Result<()> {
-            fs::write(&new, self.png.get_ref())?;
-            if path.symlink_metadata().is_ok() {
-                return Err(io::Error::new(io::ErrorKind::AlreadyExists, "a file of this name has appeared"));
-            }
-            fs::rename(&new, &path)
-        };
-        let written = write();
-        if written.is_err() {
-            // The failure that counts is the first one.
-            let _ = fs::remove_file(&new);
-        }
-        written.map_err(fail)
+        let mut new = TemporaryFile::beside(&path, &Access::Ordinary).map_err(fail)?;
+        new.file().write_all(self.png.get_ref()).map_err(fail)?;
+        new.place_new(&path).map_err(fail)
     }
 }
 

@@ -88,8 +88,8 @@ impl Session {
     /// Finds the images of a folder and reads the marks that there are.
     ///
     /// # Errors
-    /// If there is no such folder or nothing to be labelled in it, its table is faulty or has labels outside of the
-    /// images, the columns are not inside the images.
+    /// If there is no such folder or nothing to be labelled in it, it cannot be written, its table is faulty or has
+    /// labels outside of the images, the columns are not inside the images.
     pub fn open(dir: &Path, columns: &Columns) -> Result<Session, SessionError> {
         let fault = |dir: &Path| Fault { at: Place::Set, kind: FaultKind::NoFolder(dir.into()) };
         let no_folder =
@@ -115,10 +115,11 @@ impl Session {
         // Images that are elsewhere may have another width.
         let here = marks.iter().filter(|((image, _), _)| places.contains_key(image));
         let here = here.map(|(key, mark)| (key.clone(), *mark)).collect();
+        store.check_writable()?;
         let kept = store.columns();
         let asked = columns.of(width, kept.clone(), &here).map_err(SessionError::Columns)?;
         if !matches!(columns, Columns::AsBefore(_)) && kept.as_ref() != Some(&asked) {
-            // A folder that cannot be written can still be looked at; the first mark tells.
+            // They are kept again with the first mark.
             let _ = store.keep_columns(&asked);
         }
         let state = State { marks, revision: 1, changed: BTreeMap::new() };

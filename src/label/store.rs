@@ -6,16 +6,20 @@
 //! harm unless it writes in the same few milliseconds, for the files are read again each time.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io;
+use std::fs;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
 use super::mark::{Mark, Marks};
 use super::table::Table;
 use crate::dataset::scan::TABLE;
+use crate::dataset::table::LABELS;
 use crate::dataset::{DatasetError, Fault};
-use crate::evolve::durable::replace_now;
+use crate::support::bounded::Bounded;
+use crate::support::durable::{as_before, replace_now, sync_file};
+use crate::support::lock::Lock;
+use crate::support::temporary::{self, TemporaryFile};
 
 /// Name of the file for columns that are not to be labelled.
 pub(super) const SKIPS: &str = "labels.skip.csv";
@@ -204,7 +208,7 @@ impl Store {
     pub(super) fn columns(&self) -> Option<Vec<u32>> {
         let path = self.dir.join(COLUMNS);
         path.symlink_metadata().ok().filter(|metadata| metadata.is_file())?;
-        let text = fs::read_to_string(path).ok()?;
+        let text = Bounded::to(1 << 20).without_links().text(&path).ok()?;
         text.trim().split(',').map(|x| x.trim().parse().ok()).collect()
     }
 
@@ -214,27 +218,40 @@ impl Store {
         write(&self.dir.join(COLUMNS), format!("{}\n", text.join(",")).as_bytes())
     }
 
-    fn lock(&self) -> Result<File, StoreError> {
+    /// Makes sure that marks can be saved, and removes what a process that was killed has left; nothing is changed.
+    pub(super) fn check_writable(&self) -> Result<(), StoreError> {
+        let _lock = self.lock()?;
+        temporary::clear(&self.dir.join(COLUMNS));
+        for path in [&self.table, &self.skips] {
+            temporary::clear(path);
+            let access = as_before(before(path)?);
+            // A disk that is full takes the file but nothing in it.
+            let written = TemporaryFile::beside(path, &access).and_then(|mut new| {
+                new.file().write_all(b"image,x,y\n")?;
+                sync_file(new.file(), path)
+            });
+            written.map_err(|source| StoreError::File {
+                path: path.clone(),
+                action: "write the file",
+                source,
+            })?;
+        }
+        Ok(())
+    }
+
+    fn lock(&self) -> Result<Lock, StoreError> {
         let path = self.dir.join(LOCK);
-        let failed = |source| StoreError::File { path: path.clone(), action: "lock the labels", source };
-        let file = match OpenOptions::new().write(true).create_new(true).open(&path) {
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                if !path.symlink_metadata().map_err(failed)?.is_file() {
-                    return Err(StoreError::Link(path));
-                }
-                OpenOptions::new().write(true).open(&path).map_err(failed)?
-            }
-            opened => opened.map_err(failed)?,
-        };
         let start = Instant::now();
         loop {
-            match file.try_lock() {
-                Ok(()) => return Ok(file),
-                Err(TryLockError::WouldBlock) if start.elapsed() > PATIENCE => {
-                    return Err(StoreError::Locked(path));
-                }
-                Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(2)),
-                Err(TryLockError::Error(source)) => return Err(failed(source)),
+            // A pipe would be waited for.
+            if path.symlink_metadata().is_ok_and(|there| !there.is_file()) {
+                return Err(StoreError::Link(path));
+            }
+            match Lock::take_file(&path) {
+                Ok(Some(lock)) => return Ok(lock),
+                Ok(None) if start.elapsed() > PATIENCE => return Err(StoreError::Locked(path)),
+                Ok(None) => std::thread::sleep(Duration::from_millis(2)),
+                Err(source) => return Err(StoreError::File { path, action: "lock the labels", source }),
             }
         }
     }
@@ -253,21 +270,26 @@ fn number(_: &fs::Metadata) -> u64 {
 
 /// A file's content; none for a file that is not there.
 fn read(path: &Path) -> Result<Vec<u8>, StoreError> {
-    match fs::read(path) {
+    match LABELS.bytes(path) {
         Ok(bytes) => Ok(bytes),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
         Err(source) => Err(StoreError::File { path: path.into(), action: "read the file", source }),
     }
 }
 
+/// A file that is to be replaced, if it is there.
+fn before(path: &Path) -> Result<Option<fs::Metadata>, StoreError> {
+    let before = path.symlink_metadata().ok().filter(fs::Metadata::is_file);
+    // A rename would replace it all the same.
+    match before.as_ref().is_some_and(|there| there.permissions().readonly()) {
+        true => Err(StoreError::ReadOnly(path.into())),
+        false => Ok(before),
+    }
+}
+
 /// Puts a file in its place as a whole, with the permissions it had.
 fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    let before = fs::metadata(path).ok().map(|metadata| metadata.permissions());
-    // A rename would replace it all the same.
-    if before.as_ref().is_some_and(fs::Permissions::readonly) {
-        return Err(StoreError::ReadOnly(path.into()));
-    }
-    replace_now(path, bytes, before).map_err(|source| StoreError::File {
+    replace_now(path, bytes, &as_before(before(path)?)).map_err(|source| StoreError::File {
         path: path.into(),
         action: "write the file",
         source,

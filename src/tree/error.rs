@@ -205,14 +205,6 @@ pub enum ProgramFileError {
         /// Why.
         source: std::io::Error,
     },
-    /// The file is far larger than any program.
-    #[error("{}: larger than {} MiB, which no program is", path.display(), limit >> 20)]
-    TooLong {
-        /// The file.
-        path: PathBuf,
-        /// The largest size, in bytes.
-        limit: u64,
-    },
     /// The file is not text.
     #[error("{}: line {line}: not valid UTF-8; a program is plain text", path.display())]
     NotText {

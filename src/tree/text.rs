@@ -22,7 +22,6 @@
 //! # Ok::<(), vsonar::tree::ParseError>(())
 //! ```
 
-use std::io::Read;
 use std::path::Path;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
@@ -30,9 +29,10 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 use super::error::{ParseError, ProgramFileError};
 use super::individual::Individual;
 use super::parse;
+use crate::support::bounded::Bounded;
 
-/// Far above the text of the largest trees.
-const MAX_BYTES: u64 = 64 << 20;
+/// Reads far more than the text of the largest trees. A program may come through a pipe.
+const PROGRAM: Bounded = Bounded::to(64 << 20).or_pipes();
 
 impl std::str::FromStr for Individual {
     type Err = ParseError;
@@ -58,14 +58,8 @@ impl Individual {
     /// As [`Individual::load`].
     pub fn load_with_text(path: impl AsRef<Path>) -> Result<(Individual, String), ProgramFileError> {
         let path = path.as_ref();
-        let mut bytes = Vec::new();
-        // A limit on what is read, since a path may name an endless device.
-        std::fs::File::open(path)
-            .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
-            .map_err(|source| ProgramFileError::Read { path: path.into(), source })?;
-        if bytes.len() as u64 > MAX_BYTES {
-            return Err(ProgramFileError::TooLong { path: path.into(), limit: MAX_BYTES });
-        }
+        let bytes =
+            PROGRAM.bytes(path).map_err(|source| ProgramFileError::Read { path: path.into(), source })?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
             let line = 1 + valid.iter().filter(|&&b| b == b'\n').count();

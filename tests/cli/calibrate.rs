@@ -227,7 +227,7 @@ fn tables_that_cannot_be_used() {
     let cut = format!("{}#{}\ngarbage\n", place.read("points.csv"), "x".repeat(16 << 20));
     place.write("t.csv", cut);
     let complaint = place.fails(1, &["calibrate", "t.csv"]);
-    assert!(complaint.contains("t.csv: larger than 16 MiB"), "{complaint}");
+    assert!(complaint.contains("t.csv: cannot read the table: it is larger than 16 MiB"), "{complaint}");
     place.write("t.csv", b"column,row\xff");
     assert!(place.fails(1, &["calibrate", "t.csv"]).contains("t.csv: cannot read the table"));
     assert!(place.fails(1, &["calibrate", "none.csv"]).contains("none.csv: cannot read the table"));

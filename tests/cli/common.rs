@@ -52,6 +52,23 @@ impl Place {
         std::fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
+    /// The folder in which what is to be this name in the place is being made, once it is there; waits for it.
+    pub(crate) fn part_of(&self, name: &str) -> PathBuf {
+        let start = std::time::Instant::now();
+        let is_part = |entry: &std::fs::DirEntry| {
+            let found = entry.file_name().to_string_lossy().into_owned();
+            found.starts_with(&format!(".{name}.")) && found.ends_with(".part")
+        };
+        loop {
+            let mut entries = std::fs::read_dir(self.dir.path()).expect("readable").flatten();
+            if let Some(part) = entries.find(is_part) {
+                return part.path();
+            }
+            assert!(start.elapsed().as_secs() < 300, "{name} is not begun");
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+    }
+
     /// Everything in the place, by relative path, with the content of files.
     pub(crate) fn everything(&self) -> Vec<(PathBuf, Option<Vec<u8>>)> {
         let mut found = Vec::new();

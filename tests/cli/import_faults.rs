@@ -263,7 +263,7 @@ fn ctrl_c_leaves_nothing_behind() {
     let mut command =
         place.command(&["data", "import", "masks", "photos", "masks", "--ground", "0", "--out", "x"]);
     let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
-    let hidden = place.path(&format!(".x.part-{}", run.id()));
+    let hidden = place.part_of("x");
     let start = std::time::Instant::now();
     while !hidden.join("images").exists() {
         assert!(start.elapsed().as_secs() < 300, "no image was written");

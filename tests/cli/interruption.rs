@@ -129,8 +129,7 @@ fn ctrl_c_leaves_no_half_of_the_pictures() {
     let mut command = place.command(&["show", "up.gp", "--scale", "16", "--out", "pictures"]);
     let before = place.everything();
     let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
-    let hidden = place.path(&format!(".pictures.part-{}", run.id()));
-    wait_until("the folder", || hidden.exists());
+    place.part_of("pictures");
     interrupt(&run);
     let output = run.wait_with_output().expect("it ends");
     let said = String::from_utf8(output.stderr).expect("UTF-8");
@@ -150,8 +149,7 @@ fn ctrl_c_leaves_no_half_of_a_recording() {
     {
         let mut command = place.command(arguments);
         let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
-        let hidden = place.path(&format!(".x.part-{}", run.id()));
-        wait_until("the folder", || hidden.exists());
+        let hidden = place.part_of("x");
         match writing {
             None => interrupt(&run),
             Some(name) => {
@@ -229,7 +227,7 @@ fn a_full_disk_leaves_nothing_half_written() {
         &["eval", "up.gp", "--data", "data", "--answers", "answers.csv"],
     ] {
         let complaint = one_error(&on_a_full_disk(&place, 100, arguments), 1);
-        assert!(complaint.contains("make room on the disk") && !complaint.contains(".part-"), "{complaint}");
+        assert!(complaint.contains("make room on the disk") && !complaint.contains(".part"), "{complaint}");
         assert!(before == place.everything(), "{arguments:?} left something behind: {complaint}");
     }
 }

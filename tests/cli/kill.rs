@@ -41,6 +41,10 @@ fn killed_at_random_moments_it_comes_to_the_same_end() {
     println!("killed {KILLS} times, {generations} generations");
     end_after(&parts, generations);
     place.ok(&["evolve", "--resume", "parts", "--quiet", "--executor", "tree"]);
+    let left = place.everything().into_iter().map(|(path, _)| path);
+    let hidden =
+        |path: &std::path::PathBuf| path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'));
+    assert_eq!(left.filter(hidden).collect::<Vec<_>>(), [""; 0].map(std::path::PathBuf::from), "seed {seed}");
     place.ok(&tiny(&[&more[..], &["--generations", &generations.to_string(), "--out", "whole"]].concat()));
     assert_eq!(recorded(&place.path("whole")), recorded(&parts), "seed {seed}");
 }

@@ -12,6 +12,7 @@ mod evolve;
 mod explain;
 mod export;
 mod export_faults;
+mod files;
 mod help;
 mod import;
 mod import_faults;

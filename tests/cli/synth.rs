@@ -42,7 +42,7 @@ fn a_building_of_ones_own() {
     // The limit lies within a character of two bytes.
     place.write("long.plan", format!("plan 1\nroom 0 12 -1.2 1.2\n#{}", "é".repeat(1 << 19)));
     let long = place.fails(1, &["synth", "--plan", "long.plan", "--out", "new"]);
-    assert!(long.contains("long.plan: larger than 1 MiB"), "{long}");
+    assert!(long.contains("long.plan: cannot read the plan: it is larger than 1 MiB"), "{long}");
     place.write("none.plan", "plan 1\n");
     assert!(
         place
@@ -116,7 +116,7 @@ fn a_folder_that_cannot_be_made_is_told_by_its_name() {
     ] {
         let complaint = place.fails(1, arguments);
         assert!(complaint.starts_with("error: no/x: cannot make the folder"), "{complaint}");
-        assert!(complaint.contains("check the path") && !complaint.contains(".part-"), "{complaint}");
+        assert!(complaint.contains("check the path") && !complaint.contains(".part"), "{complaint}");
     }
 }
 

@@ -202,7 +202,7 @@ mod stand_ins {
         // It writes some frames and then waits for ever.
         script(&place, "echo $$ >pid; cat v.y4m; exec sleep 1000");
         let run = command(&place).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
-        let hidden = place.path(&format!(".x.part-{}/frame_000003.png", run.id()));
+        let hidden = place.part_of("x").join("frame_000003.png");
         let start = Instant::now();
         while !hidden.exists() {
             assert!(start.elapsed() < Duration::from_secs(300), "no frame");

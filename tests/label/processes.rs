@@ -78,22 +78,109 @@ fn marks_of_other_programs_are_seen_and_kept() {
     assert_eq!(std::fs::read_to_string(&table).expect("there"), "image,x,y\nframe_1.png,twenty,5\n");
 }
 
+/// Lets a process write no more to any file than so many bytes, as on a full disk.
+#[cfg(target_os = "linux")]
+fn limit_files(process: u32, bytes: u64) {
+    let limit = libc::rlimit { rlim_cur: bytes, rlim_max: libc::RLIM_INFINITY };
+    // SAFETY: a plain system call with valid arguments, on a child that has not been waited for.
+    let set =
+        unsafe { libc::prlimit(process as libc::pid_t, libc::RLIMIT_FSIZE, &limit, std::ptr::null_mut()) };
+    assert_eq!(set, 0, "{}", std::io::Error::last_os_error());
+}
+
+#[cfg(target_os = "linux")]
 #[test]
 fn a_mark_that_cannot_be_written_is_an_error_and_changes_nothing() {
     let dir = images(1);
     let label = Label::start(dir.path(), &["--columns", "20,60"]);
     label.mark("frame_1.png", 20, Value::Null, json!(50));
-    // A folder in the way of the file that is to be renamed.
-    std::fs::create_dir(below(&dir, ".labels.csv.tmp")).expect("writable");
+    limit_files(label.process.id(), 1);
     let body = label.marks(json!([{ "image": "frame_1.png", "x": 60, "from": null, "to": 5 }]));
     let (status, answer) = label.ask("POST", "marks", &body);
     let text = String::from_utf8(answer).expect("UTF-8");
     assert!(status == 500 && text.contains("cannot write the file"), "{status} {text}");
     let marks = |label: &Label| label.json("GET", "session", "")["marks"].as_array().map(Vec::len);
     assert_eq!((labels(dir.path()).len(), marks(&label)), (1, Some(1)));
-    std::fs::remove_dir(below(&dir, ".labels.csv.tmp")).expect("there");
+    limit_files(label.process.id(), libc::RLIM_INFINITY);
     assert_eq!(label.ask("POST", "marks", &body).0, 200);
     assert_eq!((labels(dir.path()).len(), marks(&label)), (2, Some(2)));
+    // The half that could not be written is not there any more either.
+    let mut names: Vec<_> = std::fs::read_dir(dir.path())
+        .expect("readable")
+        .map(|entry| entry.expect("readable").file_name())
+        .collect();
+    names.sort();
+    assert_eq!(names, [".labels.columns", ".labels.lock", "frame_1.png", "labels.csv"]);
+}
+
+/// The complaint of the command, which does not come to show its page; exit code 1.
+#[cfg(target_os = "linux")]
+fn refused(
+    dir: &std::path::Path,
+    prepare: impl FnMut() -> std::io::Result<()> + Send + Sync + 'static,
+) -> String {
+    use std::os::unix::process::CommandExt;
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_vsonar"));
+    command.arg("label").arg(dir).stdin(std::process::Stdio::null());
+    // SAFETY: the closures only make system calls; they neither allocate nor lock.
+    unsafe { command.pre_exec(prepare) };
+    let output = command.output().expect("the command can be started");
+    let complaint = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(1), 0), "{complaint}");
+    complaint
+}
+
+/// Takes the right to write where the mode says otherwise from the system's administrator, who these tests may be run by.
+#[cfg(target_os = "linux")]
+fn obey_modes() -> std::io::Result<()> {
+    const CAP_DAC_OVERRIDE: libc::c_ulong = 1;
+    // SAFETY: a plain system call with valid arguments. For anybody else it fails, and there is nothing to be taken.
+    unsafe { libc::prctl(libc::PR_CAPBSET_DROP, CAP_DAC_OVERRIDE, 0, 0, 0) };
+    Ok(())
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_that_cannot_be_written_is_refused_at_once() {
+    use std::os::unix::fs::PermissionsExt;
+    let set_mode = |path: &std::path::Path, mode| {
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).expect("ours");
+    };
+    let dir = images(1);
+    set_mode(dir.path(), 0o555);
+    let complaint = refused(dir.path(), obey_modes);
+    assert!(complaint.contains("make the folder writable, or label a copy of it"), "{complaint}");
+    set_mode(dir.path(), 0o755);
+    // A lock that an earlier command has left does not make it writable.
+    std::fs::write(below(&dir, ".labels.lock"), "").expect("writable");
+    set_mode(dir.path(), 0o555);
+    let complaint = refused(dir.path(), obey_modes);
+    assert!(complaint.contains("labels.csv: cannot write the file"), "{complaint}");
+    assert!(complaint.contains("make the folder writable, or label a copy of it"), "{complaint}");
+    set_mode(dir.path(), 0o755);
+    // A disk that is full takes files, but nothing in them.
+    let full = || {
+        let limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
+        // SAFETY: a plain system call with valid arguments.
+        match unsafe { libc::setrlimit(libc::RLIMIT_FSIZE, &limit) } {
+            0 => Ok(()),
+            _ => Err(std::io::Error::last_os_error()),
+        }
+    };
+    let complaint = refused(dir.path(), full);
+    assert!(complaint.contains("labels.csv: cannot write the file"), "{complaint}");
+    assert!(complaint.contains("make room on the disk"), "{complaint}");
+    // A table that is not to be changed.
+    std::fs::write(below(&dir, "labels.csv"), "image,x,y\n").expect("writable");
+    set_mode(&below(&dir, "labels.csv"), 0o444);
+    let complaint = refused(dir.path(), obey_modes);
+    assert!(complaint.contains("labels.csv: is read-only"), "{complaint}");
+    let mut names: Vec<_> = std::fs::read_dir(dir.path())
+        .expect("readable")
+        .map(|entry| entry.expect("readable").file_name())
+        .collect();
+    names.sort();
+    assert_eq!(names, [".labels.lock", "frame_1.png", "labels.csv"], "nothing is left behind");
 }
 
 #[cfg(unix)]

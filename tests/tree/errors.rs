@@ -232,5 +232,5 @@ fn files() {
 #[test]
 fn an_endless_file_is_refused() {
     let error = Individual::load("/dev/zero").expect_err("no program").to_string();
-    assert_eq!(error, "/dev/zero: larger than 64 MiB, which no program is");
+    assert!(error.starts_with("/dev/zero: cannot be read: it is larger than 64 MiB"), "{error}");
 }

@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use vsonar::evolve::{Evolution, Lock, SharedSet};
+use vsonar::support::temporary;
 
 use super::cases::Cases;
 use super::executor::Choice;
@@ -24,7 +25,7 @@ use super::jobs::{self, Cores};
 use super::memory::MemoryArgs;
 use super::output::{self, count, shell_word, write_file};
 use super::view::Style;
-use super::{CliError, interrupt};
+use super::{CliError, interrupt, notices};
 use cells::{Grid, Work};
 pub(crate) use report::between;
 use report::{OfData, Report};
@@ -148,13 +149,14 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             "another process is writing this folder; wait until it has ended, or choose another `--out`";
         return Err(CliError::Failed(format!("{}: {text}", folder.display())));
     };
-    Results::remove_leftovers(&folder, |name| [Results::NAME, COPY].contains(&name));
+    temporary::clear_in(&folder, |name| [Results::NAME, COPY].contains(&name));
     // Again, now that nobody else writes it.
     let mut results = Results::read(&folder)?;
     grid.check_settings(&results)?;
     grid.check_data(&results, &sets)?;
     write_file(&folder.join(COPY), spec.text.as_bytes())?;
     recorded::write(&folder, grid.asked())?;
+    notices::print();
     let stop = interrupt::stop_flag()?;
     let style = Style::of(args.quiet, args.json);
     let work = grid.work(&results);

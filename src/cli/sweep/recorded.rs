@@ -5,14 +5,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use vsonar::evolve::Settings;
+use vsonar::support::bounded::Bounded;
+use vsonar::support::temporary;
 
 use super::super::CliError;
 use super::super::output::write_file;
-use super::results::Results;
 use super::settings::Setting;
 
 /// The folder of the files, in that of the results.
 pub(crate) const FOLDER: &str = "settings";
+
+/// Reads the settings recorded.
+const SETTING: Bounded = Bounded::to(16 << 20);
 
 /// Differences that are told; of more there are no words.
 const TOLD: usize = 5;
@@ -24,10 +28,10 @@ pub(crate) fn write<'a>(
 ) -> Result<(), CliError> {
     let folder = results.join(FOLDER);
     fs::create_dir_all(&folder).map_err(|e| CliError::file(&folder, "make the folder", &e))?;
-    Results::remove_leftovers(&folder, |name| name.ends_with(".toml"));
+    temporary::clear_in(&folder, |name| name.ends_with(".toml"));
     for setting in settings {
         let (path, text) = (path(results, &setting.name), text(setting));
-        if fs::read(&path).ok().as_deref() != Some(text.as_bytes()) {
+        if SETTING.bytes(&path).ok().as_deref() != Some(text.as_bytes()) {
             write_file(&path, text.as_bytes())?;
         }
     }
@@ -36,7 +40,7 @@ pub(crate) fn write<'a>(
 
 /// How a setting differs from what is recorded of it, field by field; empty if nothing is known.
 pub(crate) fn differences(results: &Path, setting: &Setting) -> Vec<String> {
-    let recorded = fs::read_to_string(path(results, &setting.name)).ok();
+    let recorded = SETTING.text(&path(results, &setting.name)).ok();
     let Some(then) = recorded.and_then(|text| text.parse::<toml::Table>().ok()) else { return vec![] };
     let Ok(now) = text(setting).parse::<toml::Table>() else { return vec![] };
     let (then, now) = (flat("", &then), flat("", &now));

@@ -8,11 +8,15 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use vsonar::evolve::Lock;
+use vsonar::support::bounded::Bounded;
 
 use super::super::CliError;
 use super::super::jobs::IDLE;
 use super::super::output::write_file;
 use super::row::{Row, csv_of};
+
+/// Reads the results.
+const RESULTS: Bounded = Bounded::to(1 << 30);
 
 /// The file of results.
 #[derive(Debug)]
@@ -38,7 +42,7 @@ impl Results {
     /// With file and line: if it is no file of results, a row is none, or there are different ones of a run.
     pub(crate) fn read(folder: &Path) -> Result<Results, CliError> {
         let path = folder.join(Results::NAME);
-        let text = match fs::read_to_string(&path) {
+        let text = match RESULTS.text(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
             text => text.map_err(|e| CliError::file(&path, "read the file", &e))?,
         };
@@ -158,22 +162,6 @@ impl Results {
             }
         }
     }
-
-    /// Removes what writers that were killed have left behind of files in a folder, by their names. To be called by the
-    /// process that holds the lock.
-    pub(crate) fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) {
-        let Ok(entries) = fs::read_dir(folder) else { return };
-        for entry in entries.flatten() {
-            let name = entry.file_name();
-            let name = name.to_string_lossy();
-            // `.NAME.PROCESS.tmp`
-            let written = name.strip_prefix('.').and_then(|name| name.strip_suffix(".tmp"));
-            if written.and_then(|name| name.rsplit_once('.')).is_some_and(|(name, _)| is_ours(name)) {
-                // One that cannot be removed does no harm.
-                let _ = fs::remove_file(entry.path());
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -282,19 +270,6 @@ pub(crate) mod tests {
             let read = Results::read(dir.path()).expect("of an earlier release");
             assert_eq!(read.rows, [row("a", 1, 80), row("a", 2, 81)][..rows], "{end}");
         }
-    }
-
-    #[test]
-    fn leftovers_of_killed_writers_are_removed() {
-        let dir = tempfile::tempdir().expect("a temporary folder");
-        for name in [".results.csv.12.tmp", ".spec.toml.12.tmp", ".other.12.tmp", "results.csv.12.tmp"] {
-            fs::write(dir.path().join(name), "").expect("writable");
-        }
-        Results::remove_leftovers(dir.path(), |name| [Results::NAME, super::super::COPY].contains(&name));
-        let left = fs::read_dir(dir.path()).expect("there").map(|entry| entry.expect("readable").file_name());
-        let mut left: Vec<_> = left.collect();
-        left.sort();
-        assert_eq!(left, [".other.12.tmp", "results.csv.12.tmp"]);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use serde::de::IgnoredAny;
 use toml::Spanned;
 use toml::de::DeTable;
 use vsonar::evolve::Preset;
+use vsonar::support::bounded::Bounded;
 
 use super::super::CliError;
 use super::super::source::Source;
@@ -99,13 +100,16 @@ impl File<'_> {
     }
 }
 
+/// Reads a sweep. It may come through a pipe.
+const SPEC: Bounded = Bounded::to(16 << 20).or_pipes();
+
 impl Spec {
     /// Reads a file.
     ///
     /// # Errors
     /// With file, line and column of what is wrong.
     pub(crate) fn read(path: &Path) -> Result<Spec, CliError> {
-        let text = std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read the file", &e))?;
+        let text = SPEC.text(path).map_err(|e| CliError::file(path, "read the file", &e))?;
         Spec::parse(path, text)
     }
 

@@ -17,14 +17,6 @@ pub enum ImportError {
         /// What the system says.
         source: io::Error,
     },
-    /// An annotation is longer than any there is.
-    #[error("{}: is longer than {} MiB; split it", .path.display(), .most >> 20)]
-    TooLong {
-        /// The file.
-        path: PathBuf,
-        /// Most bytes that are read.
-        most: u64,
-    },
     /// An annotation is no JSON, or not of the form expected.
     #[error("{}: {source}; export the annotations anew, or mend the file there", .path.display())]
     Json {

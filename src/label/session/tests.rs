@@ -189,13 +189,21 @@ fn an_image_that_is_replaced_is_not_shown() {
 fn a_failure_to_write_changes_nothing() {
     let dir = folder(&["a.png"]);
     let session = Session::open(dir.path(), &Columns::Spread(1)).expect("sound");
-    for (name, mark) in [("labels.csv", Mark::Row(5)), ("labels.skip.csv", Mark::Skip)] {
-        let way = dir.path().join(format!(".{name}.tmp"));
-        fs::create_dir(&way).expect("writable");
-        let error = session.apply(change("a.png", 20, None, Some(mark))).expect_err("in the way").to_string();
-        assert!(error.contains(name) && error.contains("cannot write the file"), "{error}");
+    for (name, mark, text) in
+        [("labels.csv", Mark::Row(5), "image,x,y\n"), ("labels.skip.csv", Mark::Skip, "image,x\n")]
+    {
+        let path = dir.path().join(name);
+        fs::write(&path, text).expect("writable");
+        let mut permissions = path.metadata().expect("there").permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&path, permissions).expect("ours");
+        let error = session.apply(change("a.png", 20, None, Some(mark))).expect_err("read-only").to_string();
+        assert!(error.contains(name) && error.contains("is read-only"), "{error}");
         assert_eq!(session.progress(), Progress { asked: 1, labels: 0, skipped: 0 });
-        fs::remove_dir(&way).expect("there");
+        // So it is said before there is anything to be lost.
+        let error = Session::open(dir.path(), &Columns::Spread(1)).expect_err("read-only").to_string();
+        assert!(error.contains(name) && error.contains("is read-only"), "{error}");
+        fs::remove_file(&path).expect("there");
     }
     assert_eq!(session.apply(change("a.png", 20, None, Some(Mark::Skip))).expect("writable").refused, []);
 }

@@ -1,14 +1,13 @@
 //! What the files of a run folder tell by themselves, without the data.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 
 use super::model::{Compiled, Difference, Member, Program, Run};
-use crate::evolve::{EntryLine, FolderError, Preset, Record, Settings, SettingsError, Warning};
+use crate::evolve::{EntryLine, FolderError, Preset, Record, RunFolder, Settings, SettingsError, Warning};
 use crate::exec::Candidate;
 use crate::ir::text;
 use crate::tree::{Individual, Node, ProgramFileError};
@@ -71,7 +70,7 @@ impl Run {
     /// If it is no run folder, or a file of it is damaged; the error names the line.
     pub fn read(folder: &Path, data: String) -> Result<Run, ReadError> {
         let path = folder.join("settings.toml");
-        let text = match fs::read_to_string(&path) {
+        let text = match RunFolder::SETTINGS.text(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 return Err(FolderError::NotARun(folder.to_path_buf()).into());
             }
@@ -195,12 +194,12 @@ impl Compiled {
 
 /// Whether there is something after the last whole line of a file.
 fn is_cut_off(path: &Path) -> bool {
-    fs::read(path).is_ok_and(|bytes| bytes.last().is_some_and(|last| *last != b'\n'))
+    RunFolder::RECORDED.bytes(path).is_ok_and(|bytes| bytes.last().is_some_and(|last| *last != b'\n'))
 }
 
 /// The lines of a file; none if there is no such file. A last line that is cut off before its end is not there yet.
 fn lines<T: DeserializeOwned>(path: &Path, what: &'static str) -> Result<Vec<T>, ReadError> {
-    let bytes = match fs::read(path) {
+    let bytes = match RunFolder::RECORDED.bytes(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         bytes => bytes.map_err(|error| ReadError::File { path: path.to_path_buf(), error })?,
     };
