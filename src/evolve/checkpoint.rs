@@ -6,13 +6,15 @@
 //! in the list of names in the JSON object; constants are followed by their 4 bytes), and what it solves.
 //!
 //! Reading checks everything before it believes it: a file that is cut, changed, of another version, of other
-//! settings or of other data is an error with a remedy, never a panic and never a wrong run.
+//! settings or of other data is an error with a remedy, never a panic and never a wrong run. So is one whose checksum is
+//! right and whose parts contradict one another.
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::fitness::CaseBits;
+use super::consistency::{self, Contradiction};
+use super::fitness::{CaseBits, share};
 use super::hall_of_fame::{Entry, EntryLine, HallOfFame};
 use super::population::{Genotype, Member, Outcome};
 use super::record::Record;
@@ -94,6 +96,17 @@ pub enum CheckpointError {
         path: PathBuf,
         /// What is wrong.
         fault: String,
+    },
+    /// What it says does not fit together, or does not fit the settings or the data of the run.
+    #[error(
+        "{}: the checkpoint contradicts itself or its run ({fault}); put back a copy of the file, or start the run again \
+         in a new folder", path.display()
+    )]
+    Contradiction {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        fault: Contradiction,
     },
     /// It belongs to other training data.
     #[error(
@@ -206,15 +219,26 @@ pub fn decode(bytes: &[u8], origin: Origin, path: &Path) -> Result<State, Checkp
     if !reader.rest.is_empty() || population.is_empty() || meta.records.is_empty() {
         return Err(damaged("its parts do not fit together".to_string()));
     }
-    let hall_of_fame = hall(&meta.hall_of_fame).map_err(damaged)?;
-    Ok(State { population, records: meta.records, hall_of_fame })
+    let hall_of_fame = hall(&meta.hall_of_fame, meta.cases).map_err(damaged)?;
+    let state = State { population, records: meta.records, hall_of_fame };
+    consistency::check(&state).map_err(|fault| CheckpointError::Contradiction { path: file(), fault })?;
+    Ok(state)
 }
 
-/// The hall of fame of these lines, the best of which comes first.
-fn hall(lines: &[EntryLine]) -> Result<HallOfFame, String> {
+/// The hall of fame of these lines, the best of which comes first, for so many cases.
+fn hall(lines: &[EntryLine], cases: usize) -> Result<HallOfFame, String> {
     let mut entries = Vec::new();
     for line in lines.iter().rev() {
-        let individual = line.program.parse().map_err(|e| format!("its hall of fame: {e}"))?;
+        let individual: Individual = line.program.parse().map_err(|e| format!("its hall of fame: {e}"))?;
+        if individual.len() != line.nodes {
+            return Err(format!("its hall of fame: {} nodes, said to be {}", individual.len(), line.nodes));
+        }
+        if line.fitness != share(line.correct, cases as u32) {
+            return Err(format!(
+                "its hall of fame: fitness {} for {} of {cases} cases",
+                line.fitness, line.correct
+            ));
+        }
         entries.push(Entry { individual, correct: line.correct, generation: line.generation });
     }
     HallOfFame::from_entries(entries).ok_or_else(|| "its hall of fame is in disorder".to_string())

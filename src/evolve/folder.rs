@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::checkpoint::{self, CheckpointError, Origin, State};
+use super::consistency;
 use super::settings::{Settings, SettingsError};
 use super::validation::Verdicts;
 use crate::support::bounded::Bounded;
@@ -301,14 +302,22 @@ impl RunFolder {
         Ok(replace(&self.file("checkpoint"), &checkpoint::encode(state, origin), Sync::Now)?)
     }
 
-    /// The state of the last complete generation, if there is one.
-    pub(super) fn load(&self, origin: Origin) -> Result<Option<State>, FolderError> {
+    /// The state of the last complete generation, if there is one, of a run with so many training cases.
+    pub(super) fn load(
+        &self,
+        origin: Origin,
+        settings: &Settings,
+        cases: usize,
+    ) -> Result<Option<State>, FolderError> {
         let path = self.file("checkpoint");
         let bytes = match RunFolder::RECORDED.bytes(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             bytes => bytes.naming(&path, "read the checkpoint")?,
         };
-        Ok(Some(checkpoint::decode(&bytes, origin, &path)?))
+        let state = checkpoint::decode(&bytes, origin, &path)?;
+        consistency::check_against(&state, settings, cases)
+            .map_err(|fault| CheckpointError::Contradiction { path, fault })?;
+        Ok(Some(state))
     }
 
     /// Makes log, best individual and hall of fame what they were when the state was recorded (`None`: before

@@ -71,7 +71,7 @@ impl HallOfFame {
     }
 
     /// Whether an individual of so many nodes that solves so many cases would enter.
-    fn admits(&self, nodes: usize, correct: u32) -> bool {
+    pub(super) fn admits(&self, nodes: usize, correct: u32) -> bool {
         // The best of those that are not larger.
         let rival = self.entries.iter().rev().find(|e| e.individual.len() <= nodes);
         rival.is_none_or(|e| e.correct < correct)

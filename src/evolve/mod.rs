@@ -44,6 +44,7 @@ mod breed;
 mod cache;
 mod cases;
 mod collapse;
+mod consistency;
 mod diversity;
 mod evaluate;
 mod folder;
@@ -67,6 +68,7 @@ mod validation;
 
 pub use checkpoint::{CheckpointError, State};
 pub use collapse::{Collapse, Warning};
+pub use consistency::Contradiction;
 pub use diversity::HardestCase;
 pub use evaluate::EvaluateError;
 pub use fitness::{CaseBits, is_correct, shared_fitness, solvers};

@@ -143,7 +143,7 @@ impl Evolution {
         threads: usize,
     ) -> Result<Evolution, RunError> {
         let mut run = Evolution::on(train, settings, executor, threads)?;
-        run.state = folder.load(run.origin)?;
+        run.state = folder.load(run.origin, &run.settings, run.cases.len())?;
         if let Some(made) = run.state.as_ref().map(|s| s.records.len() as u32)
             && made > run.settings.generations
         {

@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::Path;
 
+use vsonar::dataset::Dataset;
 use vsonar::evolve::checkpoint::{self, CheckpointError, Origin};
-use vsonar::evolve::{Evolution, FolderError, Record, RunError, RunFolder, State};
+use vsonar::evolve::{Evolution, FolderError, HallOfFame, Record, RunError, RunFolder, Settings, State};
 
 use crate::common::*;
 
@@ -34,14 +35,15 @@ fn round_trip() {
 #[test]
 fn records_of_earlier_releases() {
     let timing = r#"{"lower":0.5,"compile":0.25,"execute":2.5,"breed":0.0,"record":0.125,"save":0.0,"wall":1.5,"executed":9,"ms_per_uncached":0.5}"#;
+    let mut state = small_state();
+    let Record { best_fitness: best, best_fitness_so_far: so_far, max_nodes: most, .. } = state.records[0];
     let line = format!(
-        r#"{{"generation":0,"best_fitness":0.5,"mean_fitness":0.25,"median_fitness":0.0,"best_fitness_so_far":0.5,"evaluations":7,"evaluations_total":7,"best_nodes":70,"mean_nodes":12.5,"max_nodes":73,"mean_depth":8.5,"max_depth":9,"distinct_programs":7,"distinct_behaviours":3,"constant_share":0.0,"initial":{{"draws":7,"unfit_kept":0}},"timing":{timing}}}"#
+        r#"{{"generation":0,"best_fitness":{best},"mean_fitness":0.0,"median_fitness":0.0,"best_fitness_so_far":{so_far},"evaluations":7,"evaluations_total":7,"best_nodes":3,"mean_nodes":3.5,"max_nodes":{most},"mean_depth":2.5,"max_depth":9,"distinct_programs":7,"distinct_behaviours":3,"constant_share":0.0,"initial":{{"draws":7,"unfit_kept":0}},"timing":{timing}}}"#
     );
     let record: Record = serde_json::from_str(&line).expect("a record");
     assert_eq!((record.operations_before, record.operations_after), (None, None));
     assert_eq!((record.distinct_optimised, record.timing.evaluate, record.timing.busy), (None, 0.0, 0.0));
     assert_eq!((record.case_entropy, record.hardest_case, record.warning), (None, None, None));
-    let mut state = small_state();
     state.records[0] = record.clone();
     let read = decode(&checkpoint::encode(&state, ORIGIN)).expect("sound");
     assert!(read == state);
@@ -122,6 +124,129 @@ fn nonsense_with_a_right_checksum() {
         }
     }
     assert!(refused > bytes.len() / 2);
+}
+
+/// A change to a state that makes it contradict itself, and what is said of it.
+type Change = (fn(&mut State), &'static str);
+
+/// Checkpoints of a right checksum whose parts do not fit together.
+#[test]
+fn contradictions_are_refused() {
+    let state = small_state();
+    assert_eq!(state.records.len(), 2);
+    let changes: &[Change] = &[
+        (|s| s.records.truncate(1), "generation 0: "),
+        (|s| drop(s.records.remove(0)), "record 0 is of generation 1"),
+        (|s| s.records[0].generation = 4_000_000_000, "record 0 is of generation 4000000000"),
+        (|s| s.records[1].generation = 0, "record 1 is of generation 0"),
+        (|s| s.records.push(s.records[1].clone()), "record 2 is of generation 1"),
+        (|s| s.hall_of_fame = HallOfFame::default(), "the hall of fame is empty"),
+        (|s| s.records[0].best_fitness = 7.0, "generation 0: best_fitness is 7, but must be 0 to 1"),
+        (|s| s.records[1].mean_fitness = -0.5, "generation 1: mean_fitness is -0.5"),
+        (|s| s.records[0].mean_fitness = 1.0, "generation 0: mean_fitness is 1"),
+        (|s| s.records[0].mean_depth = 1e308, "generation 0: mean_depth is 1"),
+        (|s| s.records[0].mean_nodes = 1e300, "generation 0: mean_nodes is 1"),
+        (|s| s.records[0].distinct_programs = 8, "distinct_programs is 8, but must be 1 to 7"),
+        (|s| s.records[1].case_entropy = Some(1.5), "case_entropy is 1.5"),
+        (|s| s.records[1].solved_by_nobody = Some(1_000_000), "solved_by_nobody is 1000000"),
+        (|s| s.records[1].timing.wall = -1.0, "generation 1: timing.wall is -1"),
+        (|s| s.records[1].evaluations_total += 1, "evaluations_total"),
+        (|s| s.records[0].evaluations = u64::MAX, "evaluations_total"),
+        (|s| s.records[1].best_fitness_so_far = 1.0, "best_fitness_so_far is 1"),
+        (|s| s.records[1].max_nodes += 1, "generation 1: max_nodes"),
+        (|s| s.records[1].max_depth += 1, "by its population"),
+        (|s| drop(s.population.pop()), "by its population"),
+        (|s| s.population.push(s.population[0].clone()), "by its population"),
+        (
+            |s| {
+                let mut hall = HallOfFame::default();
+                s.hall_of_fame.entries().iter().for_each(|e| hall.offer(&e.individual, e.correct, 9));
+                s.hall_of_fame = hall;
+            },
+            "but the run has not come so far",
+        ),
+        (
+            |s| {
+                let best = s.hall_of_fame.best().expect("one").clone();
+                s.hall_of_fame.offer(&best.individual, 1_000, 1);
+            },
+            "solves 1000 cases since generation 1, but there are fewer",
+        ),
+        (
+            |s| {
+                let best = s.hall_of_fame.best().expect("one").clone();
+                s.hall_of_fame.offer(&best.individual, best.correct + 1, 1);
+            },
+            "but nobody did in that generation",
+        ),
+    ];
+    for (change, said) in changes {
+        let mut changed = state.clone();
+        change(&mut changed);
+        let error = decode(&checkpoint::encode(&changed, ORIGIN)).expect_err(said);
+        let text = error.to_string();
+        assert!(matches!(error, CheckpointError::Contradiction { .. }), "{said}: {text}");
+        assert!(
+            text.contains(said) && text.contains("start the run again in a new folder"),
+            "{said}: {text}"
+        );
+    }
+}
+
+/// Checkpoints that are sound by themselves, of a run with other settings or data.
+#[test]
+fn a_checkpoint_has_to_fit_its_run() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let mut own = settings();
+    own.generations = 2;
+    let state = run_in(&dir.path().join("run"), &own, reference(), 1);
+    let with = |change: fn(&mut Settings)| {
+        let mut other = own.clone();
+        change(&mut other);
+        other
+    };
+    // The settings that the checkpoint is put to, and what is said.
+    for (number, (other, said)) in [
+        (with(|s| s.population = 61), "there are 60 individuals, but the settings ask for 61"),
+        (with(|s| s.trees = 1), "2 trees, but the settings ask for 1"),
+        (
+            with(|s| {
+                (s.creation.max_depth, s.creation.column_depth, s.breeding.max_depth) = (2, 1, 2);
+            }),
+            "but the settings allow 2",
+        ),
+        (
+            with(|s| s.nodes.edit("-x-obstacle").expect("an edit")),
+            "the node `x-obstacle`, which the settings leave out",
+        ),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let mut other = other;
+        other.creation.plain_column_probability = 0.0;
+        let path = dir.path().join(number.to_string());
+        drop(RunFolder::create(&path, &other, &toml::Table::new()).expect("a fresh folder"));
+        let origin = Origin { settings: other.fingerprint(), data: dataset().fingerprint() };
+        fs::write(path.join("checkpoint"), checkpoint::encode(&state, origin)).expect("writable");
+        let (folder, recorded) = RunFolder::open(&path).expect("a run folder");
+        let error = Evolution::in_folder(folder, &dataset(), recorded, reference(), 1).err().expect(said);
+        assert!(error.to_string().contains(said), "{said}: {error}");
+        assert!(
+            matches!(error, RunError::Folder(FolderError::Checkpoint(CheckpointError::Contradiction { .. }))),
+            "{error}"
+        );
+    }
+    // On fewer cases.
+    let path = dir.path().join("cases");
+    drop(RunFolder::create(&path, &own, &toml::Table::new()).expect("a fresh folder"));
+    let all = dataset();
+    let fewer = Dataset::new("fewer", all.images().to_vec(), all.cases()[1..].to_vec()).expect("a sound set");
+    let origin = Origin { settings: own.fingerprint(), data: fewer.fingerprint() };
+    fs::write(path.join("checkpoint"), checkpoint::encode(&state, origin)).expect("writable");
+    let (folder, recorded) = RunFolder::open(&path).expect("a run folder");
+    let error = Evolution::in_folder(folder, &fewer, recorded, reference(), 1).err().expect("fewer cases");
+    assert!(error.to_string().contains("evaluated on 24 cases, but there are 23 training cases"), "{error}");
 }
 
 #[test]
