@@ -8,6 +8,7 @@ use axum::http::{StatusCode, Uri};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
+use super::connections::Visitor;
 use super::{MAX_BODY, Token};
 
 /// What a request is held against.
@@ -64,7 +65,10 @@ impl Gate {
 /// Lets a request through or refuses it, and tells the browser what the answer may do.
 pub(super) async fn guard(State(gate): State<Arc<Gate>>, request: Request, next: Next) -> Response {
     let mut response = match gate.check(request.uri(), request.headers()) {
-        Ok(()) => next.run(request).await,
+        Ok(()) => {
+            request.extensions().get::<Visitor>().inspect(|visitor| visitor.let_in());
+            next.run(request).await
+        }
         Err(refusal) => refusal.into_response(),
     };
     for (name, value) in headers() {

@@ -2,7 +2,8 @@
 //!
 //! It listens on 127.0.0.1 only. The first part of every path is a random token of 128 bits, so that neither another
 //! user of the machine nor a page of another site that guesses the port gets in; what comes for another host name, from
-//! another site or with an oversized body is refused before any page sees it. Pages load nothing from elsewhere.
+//! another site or with an oversized body is refused before any page sees it. Pages load nothing from elsewhere. There
+//! are only so many connections at a time, and those on which nobody has shown the token make room for others.
 //!
 //! ```
 //! let server = vsonar::web::Server::bind(0)?;
@@ -11,6 +12,7 @@
 //! ```
 
 mod address;
+mod connections;
 mod gate;
 mod token;
 
@@ -28,6 +30,7 @@ use tokio::sync::oneshot;
 pub use address::AddressError;
 pub use token::Token;
 
+use connections::Limits;
 use gate::Gate;
 
 /// Most bytes of a request's body.
@@ -72,6 +75,10 @@ impl Server {
 
     /// Answers requests with these pages, on a thread of its own.
     pub(crate) fn start(self, pages: Router) -> io::Result<Running> {
+        self.start_within(pages, Limits::of_process())
+    }
+
+    fn start_within(self, pages: Router, limits: Limits) -> io::Result<Running> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let gate = Arc::new(Gate::new(self.port, self.token.clone()));
         let app = Router::new()
@@ -79,24 +86,12 @@ impl Server {
             .layer(DefaultBodyLimit::max(MAX_BODY))
             .layer(from_fn_with_state(gate, gate::guard));
         let (stop, stopped) = oneshot::channel::<()>();
-        let (ending, ended) = oneshot::channel::<()>();
         let serve = async move {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
-            let asked = async move {
-                // The sender is gone, too, when the server is to stop.
-                let _ = stopped.await;
-                let _ = ending.send(());
-            };
-            let serving = axum::serve(listener, app).with_graceful_shutdown(asked);
-            // A browser may keep connections open on which it asks nothing.
-            let patience = async move {
-                let _ = ended.await;
-                tokio::time::sleep(Duration::from_millis(300)).await;
-            };
-            tokio::select! {
-                done = std::future::IntoFuture::into_future(serving) => done,
-                () = patience => Ok(()),
-            }
+            // The sender is gone when the server is to stop.
+            let stopped = async move { drop(stopped.await) };
+            connections::serve(listener, app, limits, stopped).await;
+            Ok(())
         };
         let thread = std::thread::Builder::new().name("web".into()).spawn(move || {
             let done = runtime.block_on(serve);

@@ -3,7 +3,7 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
-use std::process::{Child, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -31,7 +31,13 @@ struct Answer(u16, String, String);
 impl Watched {
     /// Starts `evolve --watch --quiet`, and reads the address.
     fn start(place: &Place, arguments: &[&str]) -> Watched {
+        Watched::start_by(place, arguments, |_| ())
+    }
+
+    /// The same of a command that is prepared first.
+    fn start_by(place: &Place, arguments: &[&str], prepare: impl FnOnce(&mut Command)) -> Watched {
         let mut command = place.command(&[arguments, &["--watch", "--quiet"]].concat());
+        prepare(&mut command);
         let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
         let mut said = BufReader::new(process.stderr.take().expect("piped"));
         let mut line = String::new();
@@ -266,4 +272,55 @@ fn a_port_that_is_taken_is_told_before_anything_is_done() {
     for flag in [&["--port", "8000"][..], &["--open"]] {
         assert!(place.fails(2, &tiny(flag)).contains("--watch"));
     }
+}
+
+/// Whoever opens connections and says nothing takes descriptors, which a run needs for its files.
+#[test]
+fn idle_connections_keep_nobody_out_and_end_no_run() {
+    let place = Place::new();
+    let arguments = tiny(&[
+        "--population",
+        "200",
+        "--generations",
+        "30",
+        "--threads",
+        "1",
+        "--executor",
+        "tree",
+        "--out",
+        "run",
+    ]);
+    // Few descriptors, so that there are soon none left if nobody sees to it.
+    let watched = Watched::start_by(&place, &arguments, |command| {
+        use std::os::unix::process::CommandExt;
+        let set = || {
+            let limit = libc::rlimit { rlim_cur: 64, rlim_max: 64 };
+            // SAFETY: a plain system call with valid arguments.
+            match unsafe { libc::setrlimit(libc::RLIMIT_NOFILE, &limit) } {
+                0 => Ok(()),
+                _ => Err(std::io::Error::last_os_error()),
+            }
+        };
+        // SAFETY: the closure only makes a system call; it neither allocates nor locks.
+        unsafe { command.pre_exec(set) };
+    });
+    let mut idle = Vec::new();
+    let mut known = 0;
+    let end = loop {
+        for _ in 0..20 {
+            idle.extend(TcpStream::connect(&watched.place.0));
+        }
+        idle.drain(..idle.len().saturating_sub(400));
+        let start = Instant::now();
+        let news = watched.news(known);
+        assert!(start.elapsed() < LIMIT);
+        known = news["revision"].as_u64().expect("a number");
+        if !news["end"].is_null() {
+            break news;
+        }
+    };
+    assert_eq!(generations(&end), (30, 30));
+    let output = watched.wait();
+    assert!(output.status.success(), "{output:?}");
+    assert_eq!(logged(&place.path("run")), 30);
 }

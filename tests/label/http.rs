@@ -153,10 +153,8 @@ fn links_that_leave_the_folder_are_left_out() {
     // Nor is anything written through one that stands where the command puts files.
     let victim = below(&secret, "victim");
     std::fs::write(&victim, "precious").expect("writable");
-    for name in [".labels.csv.tmp", ".labels.skip.csv.tmp", ".labels.columns", "..labels.columns.tmp"] {
-        let _ = std::fs::remove_file(below(&dir, name));
-        symlink(&victim, below(&dir, name)).expect("a link");
-    }
+    let _ = std::fs::remove_file(below(&dir, ".labels.columns"));
+    symlink(&victim, below(&dir, ".labels.columns")).expect("a link");
     let x = label.ready["columns"][0].as_u64().expect("a column") as u32;
     label.mark("frame_1.png", x, json!(null), json!(5));
     label.mark("frame_3.png", x, json!(null), json!("skip"));
@@ -231,4 +229,27 @@ fn answers_keep_to_themselves() {
         assert!(status == 200 && !text.contains("//www.") && !text.contains("https:"), "{file}");
         assert!(!text.replace("http://www.w3.org/2000/svg", "").contains("http:"), "{file}");
     }
+}
+
+/// Whoever opens connections and says nothing, or only half of a request, keeps nobody out.
+#[test]
+fn idle_connections_keep_nobody_out() {
+    use std::io::Write;
+    let dir = images(1);
+    let label = Label::start(dir.path(), &["--columns", "20,60"]);
+    let (host, path) = label.parts();
+    let mut idle = Vec::new();
+    for number in 0..600 {
+        let mut stream = std::net::TcpStream::connect(&host).expect("it listens");
+        if number % 2 == 0 {
+            // It may have had to make room already.
+            let _ = write!(stream, "GET {path}session HTTP/1.1\r\nHost: ");
+        }
+        idle.push(stream);
+    }
+    let start = std::time::Instant::now();
+    assert_eq!(label.ask("GET", "", "").0, 200);
+    label.mark("frame_1.png", 20, json!(null), json!(5));
+    assert!(start.elapsed().as_secs() < 30);
+    assert_eq!(labels(dir.path()).len(), 1);
 }
