@@ -43,6 +43,7 @@
 pub mod baseline;
 pub mod benchmark;
 pub mod camera;
+pub mod csv_table;
 pub mod dataset;
 pub mod detector;
 pub mod drive;

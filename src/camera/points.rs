@@ -10,6 +10,8 @@
 //! # Ok::<(), vsonar::camera::points::TableError>(())
 //! ```
 
+use crate::csv_table::{CsvError, CsvReader};
+
 /// A point of the floor, and the pixel that shows it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
@@ -48,25 +50,21 @@ pub struct TableError {
 const FARTHEST: f64 = 10_000.0;
 const NAMES: [&str; 4] = ["column", "row", "ahead", "left"];
 
-/// The points of a table: values between commas under the header `column,row,ahead,left`, in any order. The column
-/// `left`, or any value in it, may be missing. Blank lines, and lines that begin with `#`, are passed over; `file`
-/// names the table in errors.
+/// The points of a table: values between commas, semicolons or tabs under the header `column,row,ahead,left`, in any
+/// order. The column `left`, or any value in it, may be missing. Blank lines, and lines that begin with `#`, are passed
+/// over; `file` names the table in errors.
 ///
 /// # Errors
 /// The first line that is not as above, or has a value that is not a number, not finite, or beyond 10 km.
 pub fn read(text: &str, file: &str) -> Result<Vec<Point>, TableError> {
-    let fault = |line: usize, problem: String| TableError { file: file.to_string(), line, problem };
-    // A byte order mark is what some spreadsheets begin with.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = text
-        .lines()
-        .enumerate()
-        .map(|(i, line)| (i + 1, line.trim()))
-        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    let Some((at, header)) = lines.next() else {
+    let fault =
+        |line: u64, problem: String| TableError { file: file.to_string(), line: line as usize, problem };
+    let malformed = |e: CsvError| fault(e.line, e.problem);
+    let mut rows = CsvReader::new(text.as_bytes()).map_err(malformed)?.with_comments();
+    let Some(header) = rows.next().transpose().map_err(malformed)? else {
         return Err(fault(1, "the table is empty; begin it with the header `column,row,ahead,left`".into()));
     };
-    let names: Vec<&str> = header.split(',').map(str::trim).collect();
+    let (at, names) = (header.line, header.texts());
     let mut places = [None; 4];
     for (i, name) in names.iter().enumerate() {
         let known = NAMES.iter().position(|n| n == name);
@@ -86,20 +84,21 @@ pub fn read(text: &str, file: &str) -> Result<Vec<Point>, TableError> {
     }
 
     let mut points = Vec::new();
-    for (line, text) in lines {
-        let values: Vec<&str> = text.split(',').map(str::trim).collect();
+    for row in rows {
+        let row = row.map_err(malformed)?;
+        let line = row.line;
         // A value that is not known may be left out at the end.
-        let without_left = places[3] == Some(names.len() - 1) && values.len() + 1 == names.len();
-        if values.len() != names.len() && !without_left {
+        let without_left = places[3] == Some(names.len() - 1) && row.len() + 1 == names.len();
+        if row.len() != names.len() && !without_left {
             let problem = format!(
                 "{} values where the header has {}; put commas between them, and write fractions with a point",
-                values.len(),
+                row.len(),
                 names.len()
             );
             return Err(fault(line, problem));
         }
         let number = |which: usize| -> Result<Option<f64>, TableError> {
-            let value = places[which].and_then(|place| values.get(place)).copied().unwrap_or("");
+            let value = places[which].map_or(Ok(""), |place| row.text(place)).map_err(malformed)?;
             if value.is_empty() {
                 return Ok(None);
             }
@@ -107,8 +106,9 @@ pub fn read(text: &str, file: &str) -> Result<Vec<Point>, TableError> {
             let number = number.filter(|number| which < 2 || number.abs() <= FARTHEST);
             number.map(Some).ok_or_else(|| {
                 let unit = if which < 2 { "pixels" } else { "metres, at most 10,000" };
+                let remedy = if value.contains(',') { "; write fractions with a point" } else { "" };
                 let value = value.escape_debug();
-                fault(line, format!("`{}` is `{value}`, not a number of {unit}", NAMES[which]))
+                fault(line, format!("`{}` is `{value}`, not a number of {unit}{remedy}", NAMES[which]))
             })
         };
         let needed = |which: usize| {
@@ -116,7 +116,7 @@ pub fn read(text: &str, file: &str) -> Result<Vec<Point>, TableError> {
                 .ok_or_else(|| fault(line, format!("`{}` is missing; only `left` may be", NAMES[which])))
         };
         let [column, row, ahead] = [needed(0)?, needed(1)?, needed(2)?];
-        points.push(Point { line, column, row, ahead, left: number(3)? });
+        points.push(Point { line: line as usize, column, row, ahead, left: number(3)? });
     }
     if points.is_empty() {
         return Err(fault(at, "the table has a header and no points; give at least one".into()));
@@ -140,6 +140,21 @@ mod tests {
     }
 
     #[test]
+    fn quotes_semicolons_and_tabs_change_nothing() {
+        let plain = "# by hand; twice, \"again\"\ncolumn,row,ahead,left\n40,200,0.5,0.3\n160,201.5,0.5,\n";
+        let expected = read(plain, "t").expect("sound");
+        for text in [
+            plain.replace(',', ";"),
+            plain.replace(',', "\t"),
+            plain.replace("column,row", "\"column\", \"row\"").replace("40,200", "\"40\",\"200\""),
+            plain.replace('\n', "\r\n").replace("40,", "40.0 ,"),
+            format!("\u{feff}{plain},,,\n"),
+        ] {
+            assert_eq!(read(&text, "t"), Ok(expected.clone()), "{text}");
+        }
+    }
+
+    #[test]
     fn errors_name_the_line() {
         for (text, line, said) in [
             ("", 1, "empty"),
@@ -147,7 +162,15 @@ mod tests {
             ("\ncolumn,row\n1,2\n", 2, "lacks `ahead`"),
             ("column,row,ahead,left,colour\n", 1, "`colour` has no place"),
             ("column,row,ahead,row\n", 1, "`row` has no place"),
-            ("column;row;ahead\n", 1, "column,row,ahead,left"),
+            ("column;row;ahead\n", 1, "no points"),
+            ("column|row|ahead\n1|2|3\n", 1, "`column|row|ahead` has no place in the header"),
+            (
+                "column;row;ahead\n1;2;0,3\n",
+                2,
+                "`ahead` is `0,3`, not a number of metres, at most 10,000; write fractions",
+            ),
+            ("# a \"\ncolumn,row,ahead\n\"1,2,3\n4,5,6", 3, "a quote is opened and never closed"),
+            ("column,row,ahead\n1,\"2\"5,3\n", 2, "after its closing quote"),
             ("column,row,ahead,left\n", 1, "no points"),
             ("column,row,ahead,left\n1,2,3,4\n\n1,2\n", 4, "2 values where the header has 4"),
             ("column,row,ahead,left\n1,2,3,4,5\n", 2, "5 values"),

@@ -42,7 +42,8 @@ Examples:
   vsonar data import labelme a.json b.json --obstacle chair,wall --ignore mirror --out labelled
 
 With `--ground` all is an obstacle but the shapes of these names, with `--obstacle` all is ground but them; of shapes that \
-cover each other the last one counts. A pixel is in a polygon if its centre is (even-odd rule).";
+cover each other the last one counts. A pixel is in a polygon if its centre is (even-odd rule). Shapes without an area are \
+skipped and counted, unless their name was asked for.";
 
 const COCO: &str = "\
 Examples:
@@ -50,7 +51,8 @@ Examples:
   vsonar data import coco instances.json --images photos --obstacle chair,person --columns 40,160,280 --out labelled
 
 Polygons and run lengths are read, as numbers or as text. Of objects that cover each other an obstacle counts more than \
-ground. With `--ground`, pictures without any object are left out; with `--obstacle` all of them is ground.";
+ground. With `--ground`, pictures without any object are left out; with `--obstacle` all of them is ground. Objects \
+without an outline are skipped and counted, unless their name was asked for.";
 
 /// Make a data folder of annotated images: from masks, LabelMe or COCO
 #[derive(clap::Args)]
@@ -90,7 +92,7 @@ enum Kind {
         /// JSON files, or folders with them
         #[arg(required = true, value_name = "DIR|FILE")]
         paths: Vec<PathBuf>,
-        /// Folder with the images, by the last part of their names [default: inside the JSON files, or beside them]
+        /// Folder with the images, by the last parts of their names [default: inside the JSON files, or beside them]
         #[arg(long, value_name = "DIR")]
         images: Option<PathBuf>,
         #[command(flatten)]
@@ -103,7 +105,7 @@ enum Kind {
     Coco {
         /// The JSON file
         annotations: PathBuf,
-        /// Folder with the images
+        /// Folder with the images, by their names or the last parts of them
         #[arg(long, value_name = "DIR")]
         images: PathBuf,
         #[command(flatten)]
@@ -158,7 +160,7 @@ pub(super) struct Wanted {
     pub(super) columns: Columns,
     #[command(flatten)]
     pub(super) view: ViewArgs,
-    /// Leave out images of which something is damaged or makes no sense, and say so, instead of giving up
+    /// Leave out objects and images that are damaged or make no sense, and say so, instead of giving up
     #[arg(long)]
     pub(super) skip_faulty: bool,
     /// Print what was done, and the report on the folder, as JSON
@@ -241,7 +243,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 fn known(labels: &Labels, found: &Found, what: &str) -> Result<(), CliError> {
     // Where a file could not be read, its labels are unknown, and its fault is what matters.
     match labels.unknown(&found.labels).next() {
-        Some(name) if found.faulty.is_empty() => {
+        Some(name) if found.faulty.is_empty() && found.faulty_objects.is_empty() => {
             let there = listed(found.labels.iter().map(String::as_str).take(40));
             let there = if there.is_empty() { "none".to_string() } else { there };
             Err(CliError::Failed(format!("no {what} {}; there are: {there}", listed([name.as_str()]))))

@@ -8,7 +8,9 @@ use image::ImageFormat;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 use serde::Serialize;
-use vsonar::dataset::import::{Found, ImportError, Item, Labelled, LeftOut, Names, Value, View};
+use vsonar::dataset::import::{
+    Found, ImportError, Item, Labelled, LeftOut, Names, SkippedObjects, Value, View,
+};
 use vsonar::dataset::{self, CheckReport};
 
 use super::data_import::Wanted;
@@ -24,6 +26,10 @@ struct Summary {
     /// Columns without a case, because their labels depend on ignored pixels.
     undecided: usize,
     left_out: Vec<LeftOut>,
+    /// Objects that do not count, by the reason.
+    skipped_objects: SkippedObjects,
+    /// What is wrong with objects that were asked for, and left out.
+    dropped_objects: Vec<String>,
     check: CheckReport,
 }
 
@@ -41,14 +47,16 @@ pub(super) fn write(
     mut folder: NewFolder,
     no_ground: impl Fn(&BTreeSet<Value>) -> String,
 ) -> Result<(), CliError> {
-    let Found { items, mut left_out, faulty, .. } = found;
-    if !wanted.skip_faulty && !faulty.is_empty() {
-        let more = match faulty.len() - 1 {
+    let Found { items, mut left_out, faulty, faulty_objects, skipped, .. } = found;
+    let mut faults = faulty.iter().map(|(_, fault)| fault).chain(&faulty_objects);
+    if let Some(first) = faults.next().filter(|_| !wanted.skip_faulty) {
+        let more = match faults.count() {
             0 => String::new(),
-            more => format!("\nand {} more like it", count(more as u64, "image")),
+            more => format!("\nand {} more", count(more as u64, "fault")),
         };
-        return Err(CliError::Failed(format!("{}{more}\n{SKIP}", faulty[0].1)));
+        return Err(CliError::Failed(format!("{first}{more}\n{SKIP}")));
     }
+    let dropped: Vec<String> = faulty_objects.iter().map(ToString::to_string).collect();
     left_out.extend(faulty.into_iter().map(|(name, error)| LeftOut { name, reason: error.to_string() }));
     let view = wanted.view.view();
     // A fault of the first picture is told when its turn comes.
@@ -120,7 +128,8 @@ pub(super) fn write(
     }
     folder.finish()?;
     left_out.sort();
-    let summary = Summary { images, cases, undecided, left_out, check };
+    let (skipped_objects, dropped_objects) = (skipped, dropped);
+    let summary = Summary { images, cases, undecided, left_out, skipped_objects, dropped_objects, check };
     if wanted.json { output::print_json(&summary) } else { output::print(&text(&summary, &wanted)) }
 }
 
@@ -179,7 +188,7 @@ fn bar(steps: u64, quiet: bool) -> ProgressBar {
 }
 
 fn text(summary: &Summary, wanted: &Wanted) -> String {
-    let Summary { images, cases, undecided, left_out, check } = summary;
+    let Summary { images, cases, undecided, left_out, skipped_objects, dropped_objects, check } = summary;
     let mut text =
         format!("{check}\nimported  {}, {}\n", count(*images as u64, "image"), count(*cases as u64, "case"));
     if *undecided > 0 {
@@ -192,6 +201,19 @@ fn text(summary: &Summary, wanted: &Wanted) -> String {
         if left_out.len() > SHOWN {
             text += "  (`--json` names all of them)\n";
         }
+    }
+    if skipped_objects.count() > 0 {
+        text += &format!("skipped   {}\n", count(skipped_objects.count() as u64, "object"));
+        for (reason, objects, first) in skipped_objects.reasons().take(SHOWN) {
+            text += &format!("  {objects} {reason}, the first at {first}\n");
+        }
+    }
+    if !dropped_objects.is_empty() {
+        text += &format!(
+            "faulty    {}, without which the images were taken\n",
+            count(dropped_objects.len() as u64, "object")
+        );
+        text.extend(dropped_objects.iter().take(SHOWN).map(|fault| format!("  {fault}\n")));
     }
     // Names of files may hold what a terminal would take for commands.
     let text: String = text.chars().map(|c| if c.is_control() && c != '\n' { '?' } else { c }).collect();

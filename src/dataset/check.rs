@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::constants::{BestConstant, Constants, Score, TOLERANCE};
+use super::copies::Copies;
 use super::deeper::Deeper;
 use super::fault::Fault;
 use super::{Dataset, scan};
@@ -106,6 +107,7 @@ pub struct CheckReport {
     in_subfolders: Option<Deeper>,
     /// Images with a tag that asks viewers to turn them, which detectors do not heed.
     turned: Vec<String>,
+    copies: Vec<Copies>,
     faults: Vec<Fault>,
 }
 
@@ -132,6 +134,7 @@ pub fn check(dir: impl AsRef<Path>) -> CheckReport {
         unlabelled: scan.unlabelled,
         in_subfolders: scan.in_subfolders,
         turned: set.map_or_else(Vec::new, |set| scan::turned(dir.as_ref(), set)),
+        copies: set.map_or_else(Vec::new, Copies::find),
         faults: scan.faults,
     }
 }
@@ -216,6 +219,11 @@ impl CheckReport {
         &self.turned
     }
 
+    /// Images that are the same picture under several names: a note, not a fault.
+    pub fn copies(&self) -> &[Copies] {
+        &self.copies
+    }
+
     /// Image files in subfolders that no row names: a note, not a fault.
     pub fn in_subfolders(&self) -> Option<&Deeper> {
         self.in_subfolders.as_ref()
@@ -250,6 +258,13 @@ impl fmt::Display for CheckReport {
                  turn them",
                 self.turned.len()
             )?;
+        }
+        if !self.copies.is_empty() {
+            writeln!(f)?;
+            self.copies.iter().take(NAMED).try_for_each(|copies| writeln!(f, "note: {copies}"))?;
+            if self.copies.len() > NAMED {
+                writeln!(f, "note: and {} more pictures have several names", self.copies.len() - NAMED)?;
+            }
         }
         match self.faults.len() {
             0 => writeln!(f, "\nno faults"),

@@ -69,7 +69,10 @@ pub enum FaultKind {
     #[error("labels.csv cannot be read: {0}; check the file and its permissions")]
     Table(String),
     /// The header lacks columns or has one of them twice.
-    #[error("the header is `{found}`, {problem}; it must name the columns image, x and y")]
+    #[error(
+        "the header is `{found}`, {problem}; it must name the columns image, x and y, with commas, semicolons or tabs \
+         between them"
+    )]
     Header {
         /// The header as it stands.
         found: String,
@@ -84,8 +87,7 @@ pub enum FaultKind {
     Row(String),
     /// An image name that may lead out of the folder, or cannot be written to a table and read back.
     #[error(
-        "the image name `{0}` is not a plain path below the folder \
-         (no absolute path, `..`, `.`, backslash or space at the ends)"
+        "the image name `{0}` is not a path below the folder; write one, without `..`, a drive or a `/` at its start"
     )]
     Name(String),
     /// Two images of a set built in memory have one name.
@@ -172,6 +174,21 @@ pub enum FaultKind {
         /// Where the first label stands.
         first: Place,
     },
+    /// The same, under another name of the same file.
+    #[error(
+        "the image `{spelling}` is the same file as `{image}`, which has a label at x = {x} already ({first}); leave one of \
+         the two rows"
+    )]
+    DuplicateFile {
+        /// The name in this row.
+        spelling: String,
+        /// The name in the first row of the image.
+        image: String,
+        /// The column.
+        x: i128,
+        /// Where the first label stands.
+        first: Place,
+    },
 }
 
 impl FaultKind {
@@ -194,7 +211,7 @@ impl FaultKind {
             FaultKind::Outside { .. } => "outside",
             FaultKind::Group { .. } => "group",
             FaultKind::NoImage(_) => "no-image",
-            FaultKind::Duplicate { .. } => "duplicate",
+            FaultKind::Duplicate { .. } | FaultKind::DuplicateFile { .. } => "duplicate",
         }
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! Everything that evolves or judges a detector starts here. A set is a folder with `labels.csv` (header
 //! `image,x,y`, a row for each fitness case; y is the row, from the top, of the lowest pixel that is not
-//! ground; a column `group` may name the place) and the images in its subfolder `images` or beside the table. It is read by [`Dataset::load`],
+//! ground; a column `group` may name the place) and the images in its subfolder `images` or beside the table. A file is one
+//! image, however its name is spelled. A set is read by [`Dataset::load`],
 //! examined by [`check`], taken apart by [`Dataset::split`] and [`Dataset::hold_out`], and handed to the executors by
 //! [`Dataset::case_set`]. A [`Transform`] makes of it what other light, another lens or view would have made, and a
 //! [`Variation`] adds copies altered so. [`import`] reads what others have annotated. [`Constants`] tells what a detector that never looks would reach: the floor to beat; [`Transience`] whether errors
@@ -36,8 +37,10 @@ use crate::vision::{CaseSet, Lane, Planes, WindowSums};
 mod between;
 mod check;
 mod constants;
+mod copies;
 mod deeper;
 mod fault;
+pub(crate) mod image_name;
 pub mod import;
 mod part;
 mod pixels;
@@ -53,6 +56,7 @@ mod variation;
 
 pub use check::{CheckReport, ColumnReport, Distribution, check};
 pub use constants::{BestConstant, Constants, Score, TOLERANCE, best_constant};
+pub use copies::Copies;
 pub use deeper::Deeper;
 pub use fault::{DatasetError, Fault, FaultKind, Place};
 pub use part::{DEFAULT_GAP, ParsePartError, Part, Unit};
@@ -114,7 +118,9 @@ impl Dataset {
     /// Reads a folder: `labels.csv` and the images it names.
     ///
     /// The table is UTF-8, its columns `image`, `x` and `y` in any order, and perhaps `group`, the place an image is
-    /// from (see [`Dataset::group`]); further columns are ignored. Images are looked for in the subfolder `images` first, then beside the table. The set is named after the folder.
+    /// from (see [`Dataset::group`]); further columns are ignored. Images are looked for in the subfolder `images` first,
+    /// then beside the table; a file that is named in several ways is one image, by the first of its names. The set is
+    /// named after the folder.
     ///
     /// # Errors
     /// [`DatasetError::Folder`] with every fault found; [`check`] gives the same faults as a report.

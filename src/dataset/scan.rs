@@ -14,7 +14,8 @@ use rayon::prelude::*;
 
 use super::deeper::Deeper;
 use super::fault::{DatasetError, Fault, FaultKind, Place};
-use super::table::{Named, Row, is_confined, read_table};
+use super::image_name::{identity, image_path, is_confined};
+use super::table::{LabelTable, Named, Row, read_table};
 use super::{Case, Dataset, NamedImage};
 use crate::vision::{ImageError, is_turned, load_gray};
 use vsonar_ir::Program;
@@ -61,11 +62,11 @@ struct Picture {
 pub(super) fn scan(dir: &Path) -> Scan {
     let name = folder_name(dir);
     let mut faults = Vec::new();
-    let (named, rows, row_count) = if !dir.is_dir() {
+    let LabelTable { images: named, spellings, rows, count: row_count, .. } = if !dir.is_dir() {
         faults.push(Fault { at: Place::Set, kind: FaultKind::NoFolder(dir.into()) });
-        Default::default()
+        LabelTable::default()
     } else {
-        read_table(&dir.join(TABLE), &mut faults)
+        read_table(dir, &dir.join(TABLE), &mut faults)
     };
     let found: Vec<Result<GrayImage, FaultKind>> =
         named.par_iter().map(|image| read_image(dir, &image.name)).collect();
@@ -77,8 +78,7 @@ pub(super) fn scan(dir: &Path) -> Scan {
         pictures.push(Picture { at, name, pixels });
     }
     let unlabelled = unlabelled(dir, &pictures);
-    let named: std::collections::BTreeSet<&str> = pictures.iter().map(|p| p.name.as_str()).collect();
-    let in_subfolders = Deeper::find(dir, |name| named.contains(name));
+    let in_subfolders = Deeper::find(dir, |name| spellings.contains_key(name));
     let images_named = pictures.len();
     let sound = examine(name.clone(), pictures, rows, &mut faults);
     let sound = sound.map(|set| Dataset { groups: set.kept(&groups), ..set });
@@ -108,7 +108,8 @@ pub(super) fn assemble(
         let at = Place::Case(i);
         if case.image < images.len() {
             let (x, y) = (Some(case.x.into()), Some(case.y.into()));
-            rows.push(Row { at, image: case.image, x, y, bytes: 0..0 });
+            let (spelling, bytes, y_bytes) = (None, 0..0, 0..0);
+            rows.push(Row { at, image: case.image, spelling, x, y, bytes, y_bytes });
         } else {
             faults.push(Fault { at, kind: FaultKind::NoImage(case.image) });
         }
@@ -134,20 +135,15 @@ pub(super) fn folder_name(dir: &Path) -> String {
     named(dir).or_else(|| named(&dir.canonicalize().ok()?)).unwrap_or_else(|| "data".into())
 }
 
-/// Where an image is.
-fn path_of(dir: &Path, name: &str) -> Option<PathBuf> {
-    [dir.join(IMAGES).join(name), dir.join(name)].into_iter().find(|path| path.is_file())
-}
-
 /// The images of a set from this folder with a tag that asks viewers to turn them.
 pub(super) fn turned(dir: &Path, set: &Dataset) -> Vec<String> {
     let names: Vec<&str> = set.images.iter().map(|image| image.name.as_str()).collect();
-    let turned = |name: &&str| path_of(dir, name).is_some_and(|path| is_turned(&path));
+    let turned = |name: &&str| image_path(dir, name).is_some_and(|path| is_turned(&path));
     names.into_par_iter().filter(turned).map(String::from).collect()
 }
 
 fn read_image(dir: &Path, name: &str) -> Result<GrayImage, FaultKind> {
-    let path = path_of(dir, name).ok_or_else(|| FaultKind::MissingImage(name.into()))?;
+    let path = image_path(dir, name).ok_or_else(|| FaultKind::MissingImage(name.into()))?;
     let image = name.to_owned();
     load_gray(&path).map_err(|e| match e {
         ImageError::TooSmall { width, height, .. } => FaultKind::Small { image, width, height },
@@ -157,13 +153,14 @@ fn read_image(dir: &Path, name: &str) -> Result<GrayImage, FaultKind> {
 
 /// Files in the folder and in its subfolder that look like images by their names and that no row mentions.
 fn unlabelled(dir: &Path, pictures: &[Picture]) -> Vec<String> {
-    let named: std::collections::BTreeSet<&str> = pictures.iter().map(|p| p.name.as_str()).collect();
+    let named: std::collections::BTreeSet<PathBuf> =
+        pictures.iter().map(|p| identity(dir, &p.name)).collect();
     let files = |dir: PathBuf| dir.read_dir().into_iter().flatten().flatten().map(|entry| entry.path());
     let mut out: Vec<String> = files(dir.join(IMAGES))
         .chain(files(dir.into()))
         .filter(|path| image::ImageFormat::from_path(path).is_ok() && path.is_file())
         .filter_map(|path| path.file_name().map(|n| n.to_string_lossy().into_owned()))
-        .filter(|name| !named.contains(name.as_str()))
+        .filter(|name| !named.contains(&identity(dir, name)))
         .collect();
     out.sort_unstable();
     out.dedup();
@@ -211,14 +208,15 @@ fn examine(
     }
     let mut cases = Vec::with_capacity(rows.len());
     let mut first_at: BTreeMap<(usize, i128), Place> = BTreeMap::new();
-    for Row { at, image, x, y, .. } in rows {
+    for row in rows {
+        let Row { at, image, x, y, .. } = row;
         let name = &pictures[image].name;
         let mut duplicate = false;
         if let Some(x) = x {
             let first = *first_at.entry((image, x)).or_insert(at);
             duplicate = first != at;
             if duplicate {
-                faults.push(Fault { at, kind: FaultKind::Duplicate { image: name.clone(), x, first } });
+                faults.push(row.duplicate(name, x, first));
             }
         }
         let Some((width, height)) = sizes[image] else { continue };

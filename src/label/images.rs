@@ -7,8 +7,8 @@ use image::ImageFormat;
 use rayon::prelude::*;
 
 use crate::dataset::Deeper;
+use crate::dataset::image_name::{is_confined, plain_name};
 use crate::dataset::scan::IMAGES;
-use crate::dataset::table::is_confined;
 use crate::frames::folder::natural;
 use crate::vision::{is_turned, load_gray};
 
@@ -45,11 +45,12 @@ pub(super) struct Images {
 }
 
 impl Images {
-    /// The images right in the folder and in its subfolder `images`, and those that the table names. `dir` is without
-    /// links; a file that is outside of it is left out, as is one of another size than most.
+    /// The images right in the folder and in its subfolder `images`, and those that the table names, each by its one name.
+    /// `dir` is without links; a file that is outside of it is left out, as is one of another size than most.
     pub(super) fn find(dir: &Path, named: &BTreeSet<String>) -> Images {
         let (listed, mut left_out) = listed(dir);
         let in_subfolders = Deeper::find(dir, |name| named.contains(name));
+        let listed: BTreeSet<String> = listed.iter().map(|name| plain_name(dir, name)).collect();
         let mut names: Vec<String> = listed.union(named).cloned().collect();
         names.sort_by(|a, b| natural(a, b));
         let found: Vec<Examined> = names.into_par_iter().map(|name| examine(dir, name)).collect();

@@ -13,6 +13,8 @@ use std::time::{Duration, Instant, SystemTime};
 
 use super::mark::{Mark, Marks};
 use super::table::Table;
+use crate::csv_table::{CsvError, CsvReader, whole_number};
+use crate::dataset::image_name::{cleaned, plain_name};
 use crate::dataset::scan::TABLE;
 use crate::dataset::table::LABELS;
 use crate::dataset::{DatasetError, Fault};
@@ -96,6 +98,8 @@ pub(super) struct Store {
     table: PathBuf,
     skips: PathBuf,
     read: [Stamp; 2],
+    /// The one name of each image that has been asked for, by the names that the files have for it.
+    names: BTreeMap<String, String>,
 }
 
 /// What the files say.
@@ -125,7 +129,8 @@ impl Store {
                 Err(_) => Ok(path),
             }
         };
-        Ok(Store { dir: dir.into(), table: place(TABLE)?, skips: place(SKIPS)?, read: [None, None] })
+        let (table, skips) = (place(TABLE)?, place(SKIPS)?);
+        Ok(Store { dir: dir.into(), table, skips, read: [None, None], names: BTreeMap::new() })
     }
 
     /// The table, as a person is told of it.
@@ -154,8 +159,19 @@ impl Store {
     pub(super) fn load(&mut self) -> Result<Contents, StoreError> {
         // Taken before reading: a file that changes meanwhile is read again.
         let stamps = self.stamps();
-        let table = Table::read(read(&self.table)?).map_err(|faults| self.faulty(faults))?;
-        let skipped = read_skips(&self.skips)?;
+        let (dir, names) = (&self.dir, &mut self.names);
+        let mut name = |spelling: &str| match names.get(spelling) {
+            Some(name) => name.clone(),
+            None => {
+                let name = plain_name(dir, spelling);
+                names.insert(spelling.to_string(), name.clone());
+                name
+            }
+        };
+        let table = Table::read(read(&self.table)?, &mut name);
+        let skipped = read_skips(&self.skips, &mut name);
+        let table = table.map_err(|faults| self.faulty(faults))?;
+        let skipped = skipped?;
         self.read = stamps;
         Ok(Contents { table, skipped })
     }
@@ -296,27 +312,30 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     })
 }
 
-fn read_skips(path: &Path) -> Result<BTreeSet<(String, u32)>, StoreError> {
+fn read_skips(
+    path: &Path,
+    mut name: impl FnMut(&str) -> String,
+) -> Result<BTreeSet<(String, u32)>, StoreError> {
     let bytes = read(path)?;
-    let fault = |line, problem: &str| StoreError::Skips { path: path.into(), line, problem: problem.into() };
-    let mut reader =
-        csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).from_reader(bytes.as_slice());
+    let fault = |line, problem: String| StoreError::Skips { path: path.into(), line, problem };
+    let malformed = |e: CsvError| fault(e.line, e.problem);
     let mut found = BTreeSet::new();
-    for (i, record) in reader.records().enumerate() {
-        let record =
-            record.map_err(|e| fault(e.position().map_or(0, csv::Position::line), &e.to_string()))?;
-        let line = record.position().map_or(0, csv::Position::line);
+    for (i, record) in CsvReader::new(&bytes).map_err(malformed)?.enumerate() {
+        let record = record.map_err(malformed)?;
+        let (image, x) = (record.text(0).map_err(malformed)?, record.text(1).map_err(malformed)?);
         if i == 0 {
-            if record != ["image", "x"][..] {
-                return Err(fault(line, "the header is not `image,x`"));
+            if (image, x, record.len()) != ("image", "x", 2) {
+                return Err(fault(record.line, "the header is not `image,x`".to_string()));
             }
             continue;
         }
-        let x = record
-            .get(1)
-            .and_then(|x| x.parse().ok())
-            .ok_or_else(|| fault(line, "x is not a whole number"))?;
-        found.insert((record[0].to_string(), x));
+        if record.len() != 2 {
+            return Err(fault(record.line, format!("has {} fields, the header has 2", record.len())));
+        }
+        let x = whole_number(x)
+            .and_then(|x| u32::try_from(x).ok())
+            .ok_or_else(|| fault(record.line, "x is not a whole number".to_string()))?;
+        found.insert((cleaned(image).map_or_else(|| image.to_string(), |image| name(&image)), x));
     }
     Ok(found)
 }

@@ -5,38 +5,43 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::mark::{Mark, Marks};
-use crate::dataset::table::{Header, Named, Row, parse_table};
+use crate::dataset::table::{Header, LabelTable, Row, parse_table};
 use crate::dataset::{Fault, FaultKind};
 
 /// A table that has been read.
-#[derive(Default)]
 pub(super) struct Table {
     bytes: Vec<u8>,
-    images: Vec<Named>,
-    rows: Vec<Row>,
+    content: LabelTable,
+    /// The one name of each of its images, however the table spells it.
+    names: Vec<String>,
 }
 
 impl Table {
-    /// Takes a table apart. One without a byte is as good as none.
-    pub(super) fn read(bytes: Vec<u8>) -> Result<Table, Vec<Fault>> {
+    /// Takes a table apart. One without a byte is as good as none. `name` gives the one name of an image for any name
+    /// that the table may have for it.
+    pub(super) fn read(bytes: Vec<u8>, mut name: impl FnMut(&str) -> String) -> Result<Table, Vec<Fault>> {
         let mut faults = Vec::new();
-        let (images, rows, _) = parse_table(&bytes, &mut faults);
+        let content = parse_table(&bytes, &mut name, &mut faults);
+        let names: Vec<String> = content.images.iter().map(|image| name(&image.name)).collect();
         let mut first = BTreeMap::new();
-        for row in &rows {
+        for row in &content.rows {
             let Some(x) = row.x else { continue };
             let first = *first.entry((row.image, x)).or_insert(row.at);
             if first != row.at {
-                let image = images[row.image].name.clone();
-                faults.push(Fault { at: row.at, kind: FaultKind::Duplicate { image, x, first } });
+                faults.push(row.duplicate(&content.images[row.image].name, x, first));
             }
         }
         faults.sort_by_key(|fault| fault.at);
-        if faults.is_empty() { Ok(Table { bytes, images, rows }) } else { Err(faults) }
+        if faults.is_empty() { Ok(Table { bytes, content, names }) } else { Err(faults) }
     }
 
     /// The names of its images, in its order.
     pub(super) fn images(&self) -> impl Iterator<Item = &str> {
-        self.images.iter().map(|image| image.name.as_str())
+        self.names.iter().map(String::as_str)
+    }
+
+    fn name(&self, row: &Row) -> &str {
+        &self.names[row.image]
     }
 
     /// The labels of an image of this size that are not inside it.
@@ -46,7 +51,7 @@ impl Table {
         width: u32,
         height: u32,
     ) -> impl Iterator<Item = Fault> + 't {
-        let of_image = self.rows.iter().filter(move |row| self.images[row.image].name == image);
+        let of_image = self.content.rows.iter().filter(move |row| self.name(row) == image);
         of_image.flat_map(move |row| {
             [('x', row.x, width), ('y', row.y, height)].into_iter().filter_map(
                 move |(column, value, side)| {
@@ -62,33 +67,32 @@ impl Table {
     pub(super) fn labels(&self) -> Marks {
         let label = |row: &Row| {
             let (x, y) = (u32::try_from(row.x?).ok()?, u32::try_from(row.y?).ok()?);
-            Some(((self.images[row.image].name.clone(), x), Mark::Row(y)))
+            Some(((self.name(row).to_string(), x), Mark::Row(y)))
         };
-        self.rows.iter().filter_map(label).collect()
+        self.content.rows.iter().filter_map(label).collect()
     }
 
-    /// The file with these labels set, or taken away where there is none; nothing if it stays as it is. `order` tells whether a first image comes
-    /// before a second one, by a key; new rows stand where that order and their columns put them among the others.
+    /// The file with these labels set, or taken away where there is none; nothing if it stays as it is. `order` tells
+    /// whether a first image comes before a second one, by a key; new rows stand where that order and their columns put
+    /// them among the others.
     pub(super) fn with<K: Ord>(
         &self,
         changes: &BTreeMap<(String, u32), Option<u32>>,
         order: impl Fn(&str) -> K,
     ) -> Option<Vec<u8>> {
-        let lines = Lines::of(&self.bytes);
+        let lines = Lines::of(&self.bytes, self.content.header.as_ref());
+        let rows = &self.content.rows;
         // Ranges of the file and what takes their place, by where they begin.
         let mut edits: Vec<(Range<usize>, Vec<u8>)> = Vec::new();
         let mut new: Vec<(&str, u32, u32)> = Vec::new();
         for ((image, x), label) in changes {
-            let there = self
-                .rows
-                .iter()
-                .find(|row| row.x == Some(i128::from(*x)) && self.images[row.image].name == *image);
+            let there =
+                rows.iter().find(|row| row.x == Some(i128::from(*x)) && self.name(row) == image.as_str());
             match (there, label) {
                 (Some(row), None) => edits.push((row.bytes.clone(), Vec::new())),
                 (Some(row), Some(y)) if row.y == Some(i128::from(*y)) => {}
-                (Some(row), Some(y)) => {
-                    edits.push((row.bytes.clone(), lines.relabelled(&self.bytes[row.bytes.clone()], *y)))
-                }
+                // The rest of the row stays as it is, spaces and quotes included.
+                (Some(row), Some(y)) => edits.push((row.y_bytes.clone(), y.to_string().into_bytes())),
                 (None, Some(y)) => new.push((image, *x, *y)),
                 (None, None) => {}
             }
@@ -96,16 +100,17 @@ impl Table {
         new.sort_by_key(|&(image, x, _)| (order(image), x));
         for (image, x, y) in new {
             let key = (order(image), i128::from(x));
-            let place = |row: &Row| (order(&self.images[row.image].name), row.x.unwrap_or_default());
-            let before = self.rows.iter().rfind(|row| place(row) < key);
-            let after = || self.rows.iter().find(|row| place(row) > key);
+            let place = |row: &Row| (order(self.name(row)), row.x.unwrap_or_default());
+            let before = rows.iter().rfind(|row| place(row) < key);
+            let after = || rows.iter().find(|row| place(row) > key);
             let at = match before {
                 Some(row) => row.bytes.end,
                 None => after().map_or(self.bytes.len(), |row| row.bytes.start),
             };
-            let group =
-                self.images.iter().find(|named| named.name == image).and_then(|named| named.group.as_deref());
-            edits.push((at..at, lines.row(image, x, y, group)));
+            // As the table has it already, if it has it.
+            let known = self.names.iter().position(|name| name == image).map(|i| &self.content.images[i]);
+            let name = known.map_or(image, |named| &named.name);
+            edits.push((at..at, lines.row(name, x, y, known.and_then(|named| named.group.as_deref()))));
         }
         if edits.is_empty() {
             return None;
@@ -113,14 +118,15 @@ impl Table {
         // Of those at one place, insertions stand before what begins there, and stay in their order.
         edits.sort_by_key(|(range, _)| (range.start, range.end));
         let (mut out, mut done) = (Vec::new(), 0);
-        if !lines.headed {
+        if lines.header.is_none() {
             // Nothing but blank lines or a byte order mark, after which a header would not be found.
             out.extend(format!("image,x,y{}", lines.end).bytes());
             done = self.bytes.len();
         }
         for (range, bytes) in edits {
             out.extend(&self.bytes[done..range.start]);
-            if !bytes.is_empty() && out.last().is_some_and(|&last| last != b'\n' && last != b'\r') {
+            let begins_line = bytes.ends_with(b"\n");
+            if begins_line && out.last().is_some_and(|&last| last != b'\n' && last != b'\r') {
                 out.extend(lines.end.bytes());
             }
             out.extend(bytes);
@@ -132,84 +138,38 @@ impl Table {
 }
 
 /// How the lines of a file are written.
-struct Lines {
-    header: Header,
-    /// Whether there is a header.
-    headed: bool,
+struct Lines<'t> {
+    header: Option<&'t Header>,
     end: &'static str,
 }
 
-impl Lines {
-    fn of(bytes: &[u8]) -> Lines {
-        let plain = Header { columns: [0, 1, 2], group: None, fields: 3 };
-        let header = first_record(bytes).and_then(|record| Header::read(&record).ok());
-        let headed = header.is_some();
+impl<'t> Lines<'t> {
+    fn of(bytes: &[u8], header: Option<&'t Header>) -> Lines<'t> {
         let first_end = bytes.iter().position(|&byte| byte == b'\n');
         let end = if first_end.is_some_and(|at| at > 0 && bytes[at - 1] == b'\r') { "\r\n" } else { "\n" };
-        Lines { header: header.unwrap_or(plain), headed, end }
-    }
-
-    /// A row with another label, the rest as it was, spaces and quotes included.
-    fn relabelled(&self, row: &[u8], y: u32) -> Vec<u8> {
-        let [_, _, column] = self.header.columns;
-        let field = field(row, column);
-        let (before, after) = (&row[..field.start], &row[field.end..]);
-        [before, y.to_string().as_bytes(), after].concat()
+        Lines { header, end }
     }
 
     /// A new row, with its line's end; further columns stay empty.
     fn row(&self, image: &str, x: u32, y: u32, group: Option<&str>) -> Vec<u8> {
-        let mut fields = vec![String::new(); self.header.fields];
-        for (&column, text) in
-            self.header.columns.iter().zip([image.to_string(), x.to_string(), y.to_string()])
-        {
+        let plain = Header { columns: [0, 1, 2], group: None, fields: 3, delimiter: b',' };
+        let header = self.header.unwrap_or(&plain);
+        let mut fields = vec![String::new(); header.fields];
+        for (&column, text) in header.columns.iter().zip([image.to_string(), x.to_string(), y.to_string()]) {
             fields[column] = text;
         }
-        if let (Some(column), Some(group)) = (self.header.group, group) {
+        if let (Some(column), Some(group)) = (header.group, group) {
             fields[column] = group.to_string();
         }
-        let mut out = written(fields.iter().map(String::as_bytes));
+        let mut out = written(fields.iter().map(String::as_bytes), header.delimiter);
         out.extend(self.end.bytes());
         out
     }
 }
 
-/// Where the content of a field stands in a row, without the quotes and spaces around it.
-fn field(row: &[u8], column: usize) -> Range<usize> {
-    let (mut quoted, mut fields, mut start, mut end) = (false, 0, 0, row.len());
-    for (at, &byte) in row.iter().enumerate() {
-        match byte {
-            // Two of them inside quotes, which stand for one, change nothing.
-            b'"' if quoted || at == start => quoted = !quoted,
-            b',' | b'\r' | b'\n' if !quoted => {
-                if fields == column {
-                    end = at;
-                    break;
-                }
-                fields += 1;
-                start = at + 1;
-            }
-            _ => {}
-        }
-    }
-    let is_around = |byte: &u8| *byte == b'"' || byte.is_ascii_whitespace();
-    let content = &row[start..end];
-    let before = content.iter().take_while(|byte| is_around(byte)).count();
-    let after = content[before..].iter().rev().take_while(|byte| is_around(byte)).count();
-    start + before..end - after
-}
-
-/// The first record of a text, its fields without spaces around them.
-fn first_record(text: &[u8]) -> Option<csv::ByteRecord> {
-    let mut reader =
-        csv::ReaderBuilder::new().has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(text);
-    let mut record = csv::ByteRecord::new();
-    reader.read_byte_record(&mut record).ok().filter(|there| *there).map(|_| record)
-}
-
 /// A record without its line's end.
-fn written<'f>(fields: impl Iterator<Item = &'f [u8]>) -> Vec<u8> {
-    let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
+fn written<'f>(fields: impl Iterator<Item = &'f [u8]>, delimiter: u8) -> Vec<u8> {
+    let mut writer = csv::WriterBuilder::new().delimiter(delimiter).flexible(true).from_writer(Vec::new());
     // Nothing fails that is written to memory.
     let _ = writer.write_record(fields);
     let mut out = writer.into_inner().unwrap_or_default();
@@ -221,12 +181,17 @@ fn written<'f>(fields: impl Iterator<Item = &'f [u8]>) -> Vec<u8> {
 mod tests {
     use super::*;
 
+    /// A table of a folder in which all files are in `images`.
+    fn read(table: &str) -> Result<Table, Vec<Fault>> {
+        Table::read(table.into(), |name| name.strip_prefix("images/").unwrap_or(name).to_string())
+    }
+
     fn changed(table: &str, changes: &[(&str, u32, Option<u32>)]) -> String {
-        let table = Table::read(table.into()).expect("sound");
+        let table = read(table).expect("sound");
         let changes = changes.iter().map(|&(image, x, y)| ((image.to_string(), x), y)).collect();
         let out = table.with(&changes, |name| name.to_string());
         let text = String::from_utf8(out.unwrap_or(table.bytes)).expect("UTF-8");
-        assert!(Table::read(text.clone().into_bytes()).is_ok(), "{text}");
+        assert!(read(&text).is_ok(), "{text}");
         text
     }
 
@@ -263,16 +228,52 @@ mod tests {
     }
 
     #[test]
+    fn semicolons_and_tabs_stay() {
+        for delimiter in [";", "\t"] {
+            let with = |text: &str| text.replace(',', delimiter);
+            let table = with("\u{feff}image,x,y,note\nb.png,3.0,10.0,ok\n");
+            let text =
+                changed(&table, &[("b.png", 3, Some(11)), ("a.png", 3, Some(4)), ("c d.png", 3, Some(5))]);
+            let expected = "\u{feff}image,x,y,note\na.png,3,4,\nb.png,3.0,11,ok\nc d.png,3,5,\n";
+            assert_eq!(text, with(expected));
+        }
+        assert_eq!(
+            changed("image,x,y\na.png,3.0,10.0\n", &[("a.png", 3, Some(10))]),
+            "image,x,y\na.png,3.0,10.0\n",
+            "the same label"
+        );
+    }
+
+    #[test]
+    fn an_image_keeps_the_name_that_the_table_has_for_it() {
+        let table = "image,x,y\nimages/a.png,3,10\n./b.png,3,4\na.png,20,12\n";
+        let text = changed(
+            table,
+            &[("a.png", 20, Some(9)), ("a.png", 7, Some(1)), ("b.png", 5, Some(2)), ("c.png", 1, Some(0))],
+        );
+        assert_eq!(
+            text,
+            "image,x,y\nimages/a.png,3,10\nimages/a.png,7,1\n./b.png,3,4\na.png,20,9\nb.png,5,2\nc.png,1,0\n"
+        );
+        let faults = read("image,x,y\na.png,3,20\nimages/a.png,3,10\n").map(drop).expect_err("contradictory");
+        assert_eq!(
+            faults[0].to_string(),
+            "labels.csv line 3: the image `images/a.png` is the same file as `a.png`, which has a label at x = 3 already \
+             (labels.csv line 2); leave one of the two rows"
+        );
+    }
+
+    #[test]
     fn names_are_quoted_where_they_must_be() {
         let text = changed("image,x,y\nb,1,2", &[("a,\"b\".png", 3, Some(4))]);
         assert_eq!(text, "image,x,y\n\"a,\"\"b\"\".png\",3,4\nb,1,2");
-        assert_eq!(Table::read(text.into_bytes()).expect("sound").labels().len(), 2);
+        assert_eq!(read(&text).expect("sound").labels().len(), 2);
     }
 
     #[test]
     fn faults_are_found() {
         for table in ["a,b\n", "image,x,y\na,1,2\na,1,3\n", "image,x,y\na,b,1\n", "image,x,y\na,1\n"] {
-            assert!(Table::read(table.into()).is_err(), "{table}");
+            assert!(read(table).is_err(), "{table}");
         }
     }
 }

@@ -76,6 +76,33 @@ fn the_example_gives_the_camera_it_was_made_with() {
 }
 
 #[test]
+fn tables_of_spreadsheets_give_the_same_camera() {
+    let place = place();
+    let table = format!("# \"by hand\"; twice\n{}", place.read("points.csv"));
+    place.write("points.csv", &table);
+    let expected = place.ok(&["calibrate", "points.csv", "--json"]);
+    let quoted = table.replace("column,row,ahead,left", "\"column\",\"row\",\"ahead\",\"left\"");
+    let fields =
+        |line: &str| line.split(',').map(|field| format!("\"{field}\"")).collect::<Vec<_>>().join(",");
+    let (comment, rows) = table.split_once('\n').expect("two lines");
+    let all_quoted = rows.lines().map(fields).collect::<Vec<_>>().join("\r\n");
+    for again in [
+        quoted,
+        format!("{comment}\n{all_quoted}"),
+        table.replace(',', ";"),
+        table.replace(',', "\t"),
+        format!("\u{feff}{}", table.replace('\n', "\r\n")),
+    ] {
+        assert_ne!(again, table);
+        place.write("points.csv", &again);
+        assert_eq!(place.ok(&["calibrate", "points.csv", "--json"]), expected, "{again}");
+    }
+    place.write("points.csv", table.replace(',', ";").replace("0.8\n", "0,8\n"));
+    let said = place.fails(1, &["calibrate", "points.csv"]);
+    assert!(said.contains("points.csv:") && said.contains("write fractions with a point"), "{said}");
+}
+
+#[test]
 fn what_is_known_is_held() {
     let place = place();
     place.write("row.csv", table(&Camera { distortion: 0.0, ..TRUTH }, &[0.5]));

@@ -7,6 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use vsonar::csv_table::CsvReader;
 use vsonar::evolve::Lock;
 use vsonar::support::bounded::Bounded;
 
@@ -50,12 +51,18 @@ impl Results {
         let mut torn = whole.len() < text.len();
         let columns = Row::columns()?;
         let earlier: Vec<String> = columns.iter().filter(|&name| name != "warning").cloned().collect();
-        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
-        let header = reader.headers()?.clone();
+        let fault = |line: u64, text: String| CliError::Failed(format!("{}:{line}: {text}", path.display()));
+        let remedy = "take the line out, so that the run is made again, or choose another `--out`";
+        let mut reader = CsvReader::new(whole.as_bytes())
+            .map_err(|e| fault(e.line, format!("{}; {remedy}", e.problem)))?;
+        let header = match reader.next() {
+            Some(Ok(header)) => header.texts(),
+            _ => Vec::new(),
+        };
         let is_sound = match whole {
             // The torn beginning of the first line.
             "" => [&columns, &earlier].iter().any(|columns| columns.join(",").starts_with(&text)),
-            _ => header.iter().eq(columns.iter()) || header.iter().eq(earlier.iter()),
+            _ => header == columns || header == earlier,
         };
         if !is_sound {
             return Err(CliError::Failed(format!(
@@ -63,9 +70,8 @@ impl Results {
                 path.display()
             )));
         }
-        let fault = |line: u64, text: String| CliError::Failed(format!("{}:{line}: {text}", path.display()));
-        let remedy = "take the line out, so that the run is made again, or choose another `--out`";
-        let records: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>()?;
+        let header = csv::StringRecord::from(header);
+        let last = whole.trim_end().lines().count() as u64;
         let mut results = Results {
             path: path.clone(),
             rows: Vec::new(),
@@ -74,20 +80,27 @@ impl Results {
             saved: None,
             torn: false,
         };
-        for (number, record) in records.iter().enumerate() {
-            let line = record.position().map_or(number as u64 + 2, csv::Position::line);
-            let row: Row = match record.deserialize(Some(&header)) {
+        let mut records = reader.peekable();
+        while let Some(record) = records.next() {
+            let (line, row) = match record {
+                Ok(record) => {
+                    let fields = csv::StringRecord::from(record.texts());
+                    let row = fields.deserialize::<Row>(Some(&header)).map_err(|error| match error.kind() {
+                        csv::ErrorKind::Deserialize { err, .. } => err.to_string(),
+                        _ => error.to_string(),
+                    });
+                    (record.line, row)
+                }
+                Err(error) => (error.line, Err(error.problem)),
+            };
+            let row = match row {
                 Ok(row) => row,
-                // Only the last row can be torn.
-                Err(_) if number + 1 == records.len() => {
+                // Only the last row can be torn, and it is in one line.
+                Err(_) if records.peek().is_none() && line == last => {
                     torn = true;
                     continue;
                 }
-                Err(error) => {
-                    let reason = match error.kind() {
-                        csv::ErrorKind::Deserialize { err, .. } => err.to_string(),
-                        _ => error.to_string(),
-                    };
+                Err(reason) => {
                     return Err(fault(line, format!("this is no row of a sweep: {reason}; {remedy}")));
                 }
             };
@@ -270,6 +283,25 @@ pub(crate) mod tests {
             let read = Results::read(dir.path()).expect("of an earlier release");
             assert_eq!(read.rows, [row("a", 1, 80), row("a", 2, 81)][..rows], "{end}");
         }
+    }
+
+    #[test]
+    fn results_that_a_spreadsheet_has_written_again_are_read() {
+        let rows = [row("a", 1, 80), row("a, b", 2, 81)];
+        let (dir, text) = written(&rows);
+        let path = dir.path().join(Results::NAME);
+        for again in [
+            text.replace(",1,00", ",1.0,00").replace(",60,30,", ",60.0,30.0,"),
+            text.replace("\"a, b\"", "a+ b").replace(',', ";").replace("a+ b", "a, b"),
+            format!("\u{feff}{}", text.replace('\n', "\r\n").replace("corridor", "\"corridor\"")),
+        ] {
+            assert_ne!(again, text);
+            fs::write(&path, &again).expect("writable");
+            let read = Results::read(dir.path()).expect("the same table");
+            assert_eq!((read.rows, read.torn), (rows.to_vec(), false), "{again}");
+        }
+        let open = text.replacen("corridor", "\"corridor", 1);
+        assert!(refused(&dir, &open).contains("results.csv:2: this is no row of a sweep: a quote is opened"));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! A row of the results of a sweep: a run and what came of it.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de};
+use vsonar::csv_table::{CsvReader, whole_number};
 use vsonar::evolve::{Collapse, Score, Settings};
 
 use super::super::CliError;
@@ -10,30 +11,42 @@ use super::super::CliError;
 pub(crate) struct Row {
     pub(crate) data: String,
     pub(crate) setting: String,
+    #[serde(deserialize_with = "whole_field")]
     pub(crate) seed: u64,
     /// Tells other settings of the same name.
     pub(crate) settings_fingerprint: String,
     pub(crate) train_fingerprint: String,
     pub(crate) validation_fingerprint: Option<String>,
     pub(crate) holdout_fingerprint: Option<String>,
+    #[serde(deserialize_with = "whole_field")]
     pub(crate) train_correct: u32,
+    #[serde(deserialize_with = "whole_field")]
     pub(crate) train_cases: u32,
     pub(crate) train_fitness: f64,
     /// The share that the best constant of each column reaches, learned on the training cases.
     pub(crate) train_constant: f64,
+    #[serde(deserialize_with = "whole_field_if_any")]
     pub(crate) validation_correct: Option<u32>,
+    #[serde(deserialize_with = "whole_field_if_any")]
     pub(crate) validation_cases: Option<u32>,
     pub(crate) validation_fitness: Option<f64>,
     pub(crate) validation_constant: Option<f64>,
+    #[serde(deserialize_with = "whole_field_if_any")]
     pub(crate) holdout_correct: Option<u32>,
+    #[serde(deserialize_with = "whole_field_if_any")]
     pub(crate) holdout_cases: Option<u32>,
     pub(crate) holdout_fitness: Option<f64>,
     pub(crate) holdout_constant: Option<f64>,
+    #[serde(deserialize_with = "whole_field")]
     pub(crate) generations: u32,
+    #[serde(deserialize_with = "whole_field")]
     pub(crate) evaluations: u64,
     /// Programs that had to be run; all other results were known.
+    #[serde(deserialize_with = "whole_field")]
     pub(crate) fresh: u64,
+    #[serde(deserialize_with = "whole_field")]
     pub(crate) nodes: u64,
+    #[serde(deserialize_with = "whole_field")]
     pub(crate) generation_of_best: u32,
     /// How the run has collapsed, if it has; earlier releases did not tell.
     #[serde(default)]
@@ -42,6 +55,21 @@ pub(crate) struct Row {
     pub(crate) program: String,
     /// Last, for it is the one column that differs from one sweep to the next.
     pub(crate) seconds: f64,
+}
+
+/// A whole number as tables have it, which other programs may have written again as `4.0`.
+fn whole_field<'de, D: Deserializer<'de>, N: TryFrom<i128>>(from: D) -> Result<N, D::Error> {
+    let missing = || de::Error::custom("a number is missing");
+    whole_field_if_any(from)?.ok_or_else(missing)
+}
+
+fn whole_field_if_any<'de, D: Deserializer<'de>, N: TryFrom<i128>>(from: D) -> Result<Option<N>, D::Error> {
+    let text = String::deserialize(from)?;
+    if text.is_empty() {
+        return Ok(None);
+    }
+    let number = whole_number(&text).and_then(|number| N::try_from(number).ok());
+    number.map(Some).ok_or_else(|| de::Error::custom(format!("`{text}` is not a whole number")))
 }
 
 /// What the winner does on a part of the data, and what a constant per column does.
@@ -114,8 +142,8 @@ impl Row {
     /// The names of the columns.
     pub(crate) fn columns() -> Result<Vec<String>, CliError> {
         let bytes = csv_of([&Row::default()])?;
-        let mut reader = csv::Reader::from_reader(&bytes[..]);
-        Ok(reader.headers()?.iter().map(str::to_string).collect())
+        let header = CsvReader::new(&bytes)?.next().transpose()?;
+        Ok(header.map(|header| header.texts()).unwrap_or_default())
     }
 
     /// What is wrong with the numbers, which a hand may have changed.

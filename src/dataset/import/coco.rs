@@ -1,133 +1,100 @@
 //! COCO: one JSON file with the annotated objects of many pictures, as polygons or as run lengths.
 //!
 //! Objects have no order in which they cover each other: what is not ground covers what is, and what is ignored covers
-//! both. Crowds (`iscrowd`) count as any other object.
+//! both. Crowds (`iscrowd`) count as any other object. What has no outline, or is of a picture or a category that the file
+//! does not have, does not count, unless its name was asked for.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
-use serde::Deserialize;
-
+use super::coco_file::{Annotation, Category, Counts, Entry, File, Id, Image, Outline};
 use super::item::{Found, Ground, Item, Picture};
-use super::names::below;
-use super::{ImportError, Labels, Named, Region, Runs, Surface, bounded};
+use super::names::{below, by_last_parts, leaf};
+use super::{ImportError, Labels, Region, Runs, Surface, bounded};
 use crate::frames::folder::natural;
 
 /// Most bytes of a file.
 const MAX_BYTES: u64 = 4 << 30;
 
-#[derive(Deserialize)]
-struct File {
-    images: Vec<Image>,
-    categories: Vec<Category>,
-    annotations: Vec<Annotation>,
-}
-
-#[derive(Deserialize)]
-struct Image {
-    id: u64,
-    file_name: String,
-    width: Option<u64>,
-    height: Option<u64>,
-}
-
-#[derive(Deserialize)]
-struct Category {
-    id: u64,
-    name: String,
-}
-
-#[derive(Deserialize)]
-struct Annotation {
-    image_id: u64,
-    category_id: u64,
-    segmentation: Option<Segmentation>,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "a segmentation is a list of polygons or has `size` and `counts`")]
-enum Segmentation {
-    Polygons(Vec<Vec<f64>>),
-    Runs { size: [u64; 2], counts: Counts },
-}
-
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "`counts` is a list of whole numbers or a text")]
-enum Counts {
-    Numbers(Vec<u64>),
-    Text(String),
-}
-
 /// A picture while its objects are gathered.
 struct Picked {
     image: Image,
+    /// Its index in the file.
+    index: usize,
     regions: Vec<(Region, Surface)>,
-    /// The first fault of its objects.
-    fault: Option<ImportError>,
+    /// Whether objects that were asked for are faulty.
+    is_faulty: bool,
 }
 
-/// Finds the pictures of an annotation file, in the natural order of their names, below the folder `images`.
+/// Finds the pictures of an annotation file, in the natural order of their names, below the folder `images`. A name that
+/// leads elsewhere is looked for by its last parts.
 ///
 /// # Errors
-/// If the file is not of this form as a whole. What is wrong with a single picture or object is in [`Found::faulty`].
+/// If the file is not of this form as a whole. What is wrong with a single picture or object is in [`Found::faulty`] and
+/// [`Found::faulty_objects`].
 pub fn find(path: &Path, images: &Path, labels: &Labels) -> Result<Found, ImportError> {
     let file: File = bounded::json(path, MAX_BYTES)?;
-    let categories: BTreeMap<u64, &str> = file.categories.iter().map(|c| (c.id, c.name.as_str())).collect();
-    let mut found =
-        Found { labels: file.categories.iter().map(|c| c.name.clone()).collect(), ..Found::default() };
-    let mut places: HashMap<u64, usize> = HashMap::new();
-    let mut pictures = Vec::with_capacity(file.images.len());
-    for (i, image) in file.images.into_iter().enumerate() {
-        if places.insert(image.id, i).is_some() {
-            let text = format!("there is an image of the id {} before; give each its own", image.id);
-            return Err(ImportError::at(path, format!("images[{i}].id"), text));
-        }
-        pictures.push(Picked { image, regions: Vec::new(), fault: None });
+    if file.annotations.iter().any(|annotation| annotation.is_panoptic) {
+        let text = "this is a panoptic file, whose regions are in PNG files of their own (`segments_info`); convert it to \
+                    COCO's detection format, or import the PNG files as masks";
+        return Err(ImportError::at(path, "annotations", text));
     }
+    let mut found = Found::default();
+    let categories = categories(path, file.categories)?;
+    found.labels = categories.values().cloned().collect();
+    let mut pictures = pictures(path, file.images, &mut found)?;
+    let places: HashMap<Id, usize> =
+        pictures.iter().enumerate().map(|(i, picked)| (picked.image.id.clone(), i)).collect();
     for (i, annotation) in file.annotations.into_iter().enumerate() {
-        let place = |field: &str| format!("annotations[{i}].{field}");
-        let Some(&at) = places.get(&annotation.image_id) else {
-            let text = format!("there is no image of the id {}; export the file anew", annotation.image_id);
-            return Err(ImportError::at(path, place("image_id"), text));
+        let Annotation { id, image, category, outline, .. } = annotation;
+        let place = || format!("annotations[{i}]{}", id.map_or(String::new(), |id| format!(" (id {id})")));
+        let (image, category) = match (image, category) {
+            (Ok(image), Ok(category)) => (image, category),
+            (Err(problem), _) | (_, Err(problem)) => {
+                found.faulty_objects.push(ImportError::at(path, place(), problem));
+                continue;
+            }
         };
-        let Some(category) = categories.get(&annotation.category_id) else {
-            let text =
-                format!("there is no category of the id {}; export the file anew", annotation.category_id);
-            return Err(ImportError::at(path, place("category_id"), text));
+        let Some(&at) = places.get(&image) else {
+            found.skip("of an image that the file does not have", place);
+            continue;
+        };
+        let Some(name) = categories.get(&category) else {
+            found.skip("of a category that the file does not have", place);
+            continue;
         };
         let picked = &mut pictures[at];
-        match region(annotation.segmentation, &mut picked.image) {
-            Ok(region) => picked.regions.push((region, labels.of(category))),
-            Err(problem) => {
-                let error = ImportError::at(path, place("segmentation"), problem);
-                picked.fault.get_or_insert(error);
+        match region(outline, &mut picked.image) {
+            Ok(region) => picked.regions.push((region, labels.of(name))),
+            Err(Unusable::Nothing) => found.skip("without any pixel", place),
+            Err(Unusable::Unknown(_)) if !labels.asks(name) => {
+                found.skip(format!("named `{name}`, without an outline"), place);
+            }
+            Err(Unusable::Unknown(problem) | Unusable::Faulty(problem)) => {
+                picked.is_faulty = true;
+                found.faulty_objects.push(ImportError::at(path, place(), problem));
             }
         }
     }
-    pictures.sort_by(|a, b| natural(&a.image.file_name, &b.image.file_name));
-    for Picked { image, mut regions, fault } in pictures {
+    for Picked { image, index, mut regions, is_faulty } in pictures {
         let name = image.file_name.replace('\\', "/");
-        let Some(below) = below(&image.file_name) else {
+        if below(leaf(&image.file_name)).is_none() {
             let fault = ImportError::Outside {
                 path: path.into(),
-                place: "images[].file_name".to_string(),
+                place: format!("images[{index}].file_name"),
                 name: image.file_name,
                 remedy: "write it as a path below that folder",
             };
             found.faulty.push((name, fault));
             continue;
+        }
+        let Some((picture, name)) = by_last_parts(images, &image.file_name) else {
+            let leaf = leaf(&image.file_name);
+            found.leave_out(&name, format!("there is no picture {}", images.join(leaf).display()));
+            continue;
         };
-        if let Some(fault) = fault {
-            found.faulty.push((name, fault));
-            continue;
-        }
-        let picture = images.join(below);
-        if !picture.is_file() {
-            found.leave_out(name, format!("there is no picture {}", picture.display()));
-            continue;
-        }
-        if regions.is_empty() && labels.named == Named::Ground {
-            found.leave_out(name, "nothing is annotated in it");
+        if let Some(reason) = labels.nothing_left(&regions, is_faulty) {
+            found.leave_out(name, reason);
             continue;
         }
         regions.sort_by_key(|(_, surface)| match surface {
@@ -137,56 +104,83 @@ pub fn find(path: &Path, images: &Path, labels: &Labels) -> Result<Found, Import
         });
         let said = image.width.zip(image.height);
         let ground = Ground::Regions { annotation: path.into(), said, base: labels.base(), regions };
-        found.items.push(Item { name, picture: Picture::File(picture), ground });
+        let source = format!("{}: images[{index}]", path.display());
+        found.items.push(Item { name, picture: Picture::File(picture), ground, source });
     }
-    Ok(found)
+    found.items.sort_by(|a, b| natural(&a.name, &b.name));
+    Ok(found.unite())
+}
+
+/// The names of the categories.
+fn categories(path: &Path, entries: Vec<Entry<Category>>) -> Result<BTreeMap<Id, String>, ImportError> {
+    let mut names = BTreeMap::new();
+    for (i, Entry(entry)) in entries.into_iter().enumerate() {
+        let fault = |problem| ImportError::at(path, format!("categories[{i}]"), problem);
+        let category = entry.map_err(fault)?;
+        let text = format!(
+            "there is a category of the id {} before; give each its own, and export the file anew",
+            category.id
+        );
+        if names.insert(category.id, category.name).is_some() {
+            return Err(fault(text));
+        }
+    }
+    Ok(names)
+}
+
+/// The pictures, without their objects.
+fn pictures(path: &Path, entries: Vec<Entry<Image>>, found: &mut Found) -> Result<Vec<Picked>, ImportError> {
+    let mut seen = HashSet::new();
+    let mut pictures = Vec::with_capacity(entries.len());
+    for (index, Entry(entry)) in entries.into_iter().enumerate() {
+        let place = format!("images[{index}]");
+        match entry {
+            Err(problem) => found.faulty.push((place.clone(), ImportError::at(path, place, problem))),
+            Ok(image) if !seen.insert(image.id.clone()) => {
+                let text = format!("there is an image of the id {} before; give each its own", image.id);
+                return Err(ImportError::at(path, format!("{place}.id"), text));
+            }
+            Ok(image) => pictures.push(Picked { image, index, regions: Vec::new(), is_faulty: false }),
+        }
+    }
+    Ok(pictures)
+}
+
+/// Why an object has no region.
+enum Unusable {
+    Nothing,
+    Unknown(String),
+    Faulty(String),
 }
 
 /// The region of an object; run lengths tell the size of an image that does not tell it itself.
-fn region(segmentation: Option<Segmentation>, image: &mut Image) -> Result<Region, String> {
-    match segmentation {
-        None => {
-            Err("is missing, so that nobody knows which pixels are meant; annotate the outline".to_string())
-        }
-        Some(Segmentation::Polygons(lists)) if lists.is_empty() => {
-            Err("is empty, so that nobody knows which pixels are meant; annotate the outline".to_string())
-        }
-        Some(Segmentation::Polygons(lists)) => {
-            let polygon = |(i, list): (usize, Vec<f64>)| {
-                if list.len() < 6 || !list.len().is_multiple_of(2) {
-                    return Err(format!(
-                        "polygon {i} has {} numbers, and a polygon has two for each of three corners or more; draw it again",
-                        list.len()
-                    ));
-                }
-                match list.iter().all(|c| c.is_finite()) {
-                    true => Ok(list.chunks_exact(2).map(|point| [point[0], point[1]]).collect()),
-                    false => {
-                        Err(format!("polygon {i} has a corner that is not a pair of numbers; draw it again"))
-                    }
-                }
-            };
-            Ok(Region::Polygons(lists.into_iter().enumerate().map(polygon).collect::<Result<_, String>>()?))
-        }
-        Some(Segmentation::Runs { size: [height, width], counts }) => {
-            let said = (image.width.unwrap_or(width), image.height.unwrap_or(height));
-            if said != (width, height) {
-                return Err(format!(
-                    "is of {width}x{height} pixels, and the image of {}x{}; export the file anew",
-                    said.0, said.1
-                ));
-            }
-            (image.width, image.height) = (Some(width), Some(height));
-            let sides = u32::try_from(width).ok().zip(u32::try_from(height).ok());
-            let sides =
-                sides.ok_or_else(|| format!("{width}x{height} pixels are more than any picture has"))?;
-            let runs = match counts {
-                Counts::Numbers(counts) => Runs::new(&counts, sides),
-                Counts::Text(text) => Runs::from_text(&text, sides),
-            };
-            runs.map(Region::Runs).map_err(|e| e.to_string())
-        }
+fn region(outline: Outline, image: &mut Image) -> Result<Region, Unusable> {
+    let (size, counts) = match outline {
+        Outline::Polygons(polygons) => return Ok(Region::Polygons(polygons)),
+        Outline::Runs { size, counts } => (size, counts),
+        Outline::Nothing => return Err(Unusable::Nothing),
+        Outline::Unknown(problem) => return Err(Unusable::Unknown(problem)),
+        Outline::Faulty(problem) => return Err(Unusable::Faulty(problem)),
+    };
+    let [height, width] = size;
+    let said = (image.width.unwrap_or(width), image.height.unwrap_or(height));
+    if said != (width, height) {
+        return Err(Unusable::Faulty(format!(
+            "its segmentation is of {width}x{height} pixels, and the image of {}x{}; export the file anew",
+            said.0, said.1
+        )));
     }
+    let sides = u32::try_from(width).ok().zip(u32::try_from(height).ok());
+    let sides = sides.ok_or_else(|| {
+        Unusable::Faulty(format!("its segmentation is of {width}x{height} pixels, more than any picture has"))
+    })?;
+    let runs = match counts {
+        Counts::Numbers(counts) => Runs::new(&counts, sides),
+        Counts::Text(text) => Runs::from_text(&text, sides),
+    };
+    let runs = runs.map_err(|e| Unusable::Faulty(e.to_string()))?;
+    (image.width, image.height) = (Some(width), Some(height));
+    Ok(Region::Runs(runs))
 }
 
 #[cfg(test)]
@@ -195,7 +189,7 @@ mod tests {
 
     use image::GrayImage;
 
-    use super::super::View;
+    use super::super::{Named, View};
     use super::*;
 
     const COCO: &str = r#"{

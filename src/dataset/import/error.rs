@@ -50,6 +50,18 @@ pub enum ImportError {
         /// What to do.
         remedy: &'static str,
     },
+    /// A picture is annotated twice, and differently.
+    #[error(
+        "{second}: tells another ground of the picture {} than {first} does; remove the wrong one of the two", .picture.display()
+    )]
+    Twice {
+        /// Where it is annotated again.
+        second: String,
+        /// Where it is annotated first.
+        first: String,
+        /// The picture, or the file that it is in.
+        picture: PathBuf,
+    },
     /// A picture cannot be decoded.
     #[error(transparent)]
     Image(#[from] ImageError),

@@ -1,6 +1,6 @@
 //! A picture with what tells its ground, and what becomes of it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -21,14 +21,37 @@ pub struct Item {
     pub name: String,
     pub(super) picture: Picture,
     pub(super) ground: Ground,
+    /// Where its ground is told, for messages: a file, with the place in it where it tells that of several pictures.
+    pub(super) source: String,
 }
 
 /// Where the picture is.
 #[derive(Debug)]
 pub(super) enum Picture {
     File(PathBuf),
-    /// Inside this LabelMe file.
-    Embedded(PathBuf),
+    /// Inside a LabelMe file.
+    Embedded {
+        /// The file.
+        path: PathBuf,
+        /// Tells other pictures from it.
+        digest: u64,
+    },
+}
+
+/// What tells a picture from all others, however it is named.
+#[derive(Debug, PartialEq, Eq, Hash)]
+enum Identity {
+    File(PathBuf),
+    Content(u64),
+}
+
+impl Picture {
+    fn identity(&self) -> Identity {
+        match self {
+            Picture::File(path) => Identity::File(path.canonicalize().unwrap_or_else(|_| path.clone())),
+            Picture::Embedded { digest, .. } => Identity::Content(*digest),
+        }
+    }
 }
 
 /// What tells the ground.
@@ -51,6 +74,19 @@ pub(super) enum Ground {
     },
 }
 
+impl Ground {
+    /// Whether the ground is the same as another one of the same picture.
+    fn is(&self, other: &Ground) -> bool {
+        match (self, other) {
+            (Ground::Mask { path, .. }, Ground::Mask { path: other, .. }) => path == other,
+            (Ground::Regions { base, regions, .. }, Ground::Regions { base: b, regions: r, .. }) => {
+                base == b && regions == r
+            }
+            _ => false,
+        }
+    }
+}
+
 /// A picture that was left out.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct LeftOut {
@@ -69,11 +105,69 @@ pub struct Found {
     pub left_out: Vec<LeftOut>,
     /// Those whose annotation makes no sense.
     pub faulty: Vec<(String, ImportError)>,
+    /// Why objects that were asked for make no sense; their pictures are among the items, without them.
+    pub faulty_objects: Vec<ImportError>,
+    /// Objects that do not count.
+    pub skipped: SkippedObjects,
     /// All labels that occur; of masks none.
     pub labels: BTreeSet<String>,
 }
 
+/// Objects that do not count, by the reason.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub struct SkippedObjects(BTreeMap<String, Skipped>);
+
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+struct Skipped {
+    objects: usize,
+    first: String,
+}
+
+impl SkippedObjects {
+    /// Number of objects.
+    pub fn count(&self) -> usize {
+        self.0.values().map(|skipped| skipped.objects).sum()
+    }
+
+    /// Reasons, with the number of objects and where the first one is.
+    pub fn reasons(&self) -> impl Iterator<Item = (&str, usize, &str)> {
+        self.0.iter().map(|(reason, skipped)| (reason.as_str(), skipped.objects, skipped.first.as_str()))
+    }
+}
+
 impl Found {
+    /// Notes an object that does not count.
+    pub(super) fn skip(&mut self, reason: impl Into<String>, place: impl FnOnce() -> String) {
+        let skipped = self.skipped.0.entry(reason.into());
+        skipped.or_insert_with(|| Skipped { objects: 0, first: place() }).objects += 1;
+    }
+
+    /// Takes every picture once. Of several items of one picture the first one stays if all tell the same ground; else
+    /// none does, for nobody knows which is right.
+    pub(super) fn unite(mut self) -> Found {
+        let mut places: HashMap<Identity, usize> = HashMap::new();
+        let mut kept: Vec<Option<Item>> = Vec::with_capacity(self.items.len());
+        let mut contradictory = BTreeSet::new();
+        for item in std::mem::take(&mut self.items) {
+            let place = *places.entry(item.picture.identity()).or_insert(kept.len());
+            let Some(Some(first)) = kept.get(place) else {
+                kept.push(Some(item));
+                continue;
+            };
+            if first.ground.is(&item.ground) {
+                self.leave_out(item.name, format!("it is in {} already, with the same ground", first.source));
+            } else {
+                let (first, picture) = (first.source.clone(), item.path().into());
+                self.faulty.push((item.name, ImportError::Twice { second: item.source, first, picture }));
+                contradictory.insert(place);
+            }
+        }
+        contradictory.into_iter().for_each(|place| kept[place] = None);
+        self.items = kept.into_iter().flatten().collect();
+        self
+    }
+
     pub(super) fn leave_out(&mut self, name: impl Into<String>, reason: impl Into<String>) {
         self.left_out.push(LeftOut { name: name.into(), reason: reason.into() });
     }
@@ -103,12 +197,12 @@ impl Item {
         match &self.picture {
             Picture::File(path) if is_turned(path) => Err(ImportError::Turned { path: path.clone() }),
             Picture::File(path) => Ok(load_gray(path)?),
-            Picture::Embedded(path) => labelme::embedded(path),
+            Picture::Embedded { path, .. } => labelme::embedded(path),
         }
     }
 
     fn path(&self) -> &Path {
-        let (Picture::File(path) | Picture::Embedded(path)) = &self.picture;
+        let (Picture::File(path) | Picture::Embedded { path, .. }) = &self.picture;
         path
     }
 

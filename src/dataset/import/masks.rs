@@ -59,13 +59,11 @@ pub fn find(folders: &Folders, ground: &Values, ignored: &Values) -> Result<Foun
             continue;
         };
         unused.remove(key);
+        let mask = folders.masks.join(mask);
         found.items.push(Item {
+            source: mask.display().to_string(),
             picture: Picture::File(folders.images.join(&name)),
-            ground: Ground::Mask {
-                path: folders.masks.join(mask),
-                ground: ground.clone(),
-                ignored: ignored.clone(),
-            },
+            ground: Ground::Mask { path: mask, ground: ground.clone(), ignored: ignored.clone() },
             name,
         });
     }
@@ -73,7 +71,7 @@ pub fn find(folders: &Folders, ground: &Values, ignored: &Values) -> Result<Foun
     for mask in unused.into_values() {
         found.leave_out(mask, "a mask without a picture");
     }
-    Ok(found)
+    Ok(found.unite())
 }
 
 fn is_image(path: &Path) -> bool {

@@ -22,8 +22,10 @@
 
 mod bounded;
 pub mod coco;
+mod coco_file;
 mod error;
 mod item;
+mod json;
 pub mod labelme;
 mod mask;
 pub mod masks;
@@ -34,7 +36,7 @@ mod surface;
 mod view;
 
 pub use error::ImportError;
-pub use item::{Found, Item, Labelled, LeftOut};
+pub use item::{Found, Item, Labelled, LeftOut, SkippedObjects};
 pub use mask::{ParseValuesError, Value, Values};
 pub use names::{Labels, Named, Names};
 pub use region::Region;

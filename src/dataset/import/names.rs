@@ -1,7 +1,9 @@
 //! Names: of files that annotations point at, of the pictures in a new set, of labels.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use super::{Region, Surface};
 
 /// The path below a folder that an annotation names, with `/` or `\` between its parts; none if it could lead out of the
 /// folder, or to a file that cannot be told by its name.
@@ -10,6 +12,17 @@ pub(super) fn below(name: &str) -> Option<PathBuf> {
     let plain = |part: &str| !part.is_empty() && part != "." && part != ".." && !part.contains([':', '\0']);
     let parts: Vec<&str> = name.split(['/', '\\']).collect();
     parts.iter().all(|part| plain(part)).then(|| parts.iter().collect())
+}
+
+/// The file in a folder that the last parts of an annotation's path name, as many of them as find one; with these parts.
+/// So pictures that were moved since, or annotated on another machine, are found below their folder.
+pub(super) fn by_last_parts(folder: &Path, name: &str) -> Option<(PathBuf, String)> {
+    let parts: Vec<&str> = name.split(['/', '\\']).filter(|part| !part.is_empty() && *part != ".").collect();
+    let plain = parts.iter().rev().take_while(|part| below(part).is_some()).count();
+    (parts.len() - plain..parts.len()).find_map(|from| {
+        let last = parts[from..].join("/");
+        Some((folder.join(&last), last)).filter(|(path, _)| path.is_file())
+    })
 }
 
 /// The last part of a path as it stands in an annotation.
@@ -78,16 +91,16 @@ pub enum Named {
 
 impl Labels {
     /// What is seen where no region is.
-    pub(super) fn base(&self) -> super::Surface {
+    pub(super) fn base(&self) -> Surface {
         match self.named {
-            Named::Ground => super::Surface::Other,
-            Named::Other => super::Surface::Ground,
+            Named::Ground => Surface::Other,
+            Named::Other => Surface::Ground,
         }
     }
 
     /// What is seen in a region of this label.
-    pub(super) fn of(&self, label: &str) -> super::Surface {
-        use super::Surface::{Ground, Ignored, Other};
+    pub(super) fn of(&self, label: &str) -> Surface {
+        use Surface::{Ground, Ignored, Other};
         if self.ignored.contains(label) {
             return Ignored;
         }
@@ -95,6 +108,28 @@ impl Labels {
             (Named::Ground, true) | (Named::Other, false) => Ground,
             (Named::Ground, false) | (Named::Other, true) => Other,
         }
+    }
+
+    /// Why a picture with these regions does not count: with the ground named, one without any of it would be blocked all
+    /// over. `is_faulty` says whether there are regions that could not be read.
+    pub(super) fn nothing_left(
+        &self,
+        regions: &[(Region, Surface)],
+        is_faulty: bool,
+    ) -> Option<&'static str> {
+        let is_ground = |(_, surface): &(Region, Surface)| *surface == Surface::Ground;
+        match self.named {
+            Named::Ground if is_faulty && !regions.iter().any(is_ground) => {
+                Some("what is ground in it is faulty")
+            }
+            Named::Ground if regions.is_empty() => Some("nothing is annotated in it"),
+            _ => None,
+        }
+    }
+
+    /// Whether a name was asked for, to be ground or not or to be ignored.
+    pub(super) fn asks(&self, label: &str) -> bool {
+        self.names.contains(label) || self.ignored.contains(label)
     }
 
     /// Names that are not among the labels there are.
@@ -132,6 +167,31 @@ mod tests {
         }
         assert_eq!((leaf("..\\a\\b.jpg"), leaf("../x.png"), leaf("x")), ("b.jpg", "x.png", "x"));
         assert_eq!((stem("a.b/c"), stem("a/b.c.d"), stem("a/.b")), ("a.b/c", "a/b.c", "a/.b"));
+    }
+
+    #[test]
+    fn moved_pictures_are_found_by_the_end_of_their_path() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        for file in ["a.png", "hall/a.png", "hall/b.png"] {
+            let path = dir.path().join(file);
+            std::fs::create_dir_all(path.parent().expect("a folder")).expect("writable");
+            std::fs::write(path, file).expect("writable");
+        }
+        for (name, found) in [
+            ("a.png", "a.png"),
+            ("/home/me/img/a.png", "a.png"),
+            ("/home/me/hall/a.png", "hall/a.png"),
+            ("C:\\data\\hall\\b.png", "hall/b.png"),
+            ("..\\..\\a.png", "a.png"),
+            ("./hall//./a.png", "hall/a.png"),
+            ("hall/../a.png", "a.png"),
+        ] {
+            let path = dir.path().join(found);
+            assert_eq!(by_last_parts(dir.path(), name), Some((path, found.to_string())), "{name}");
+        }
+        for none in ["", "..", "a.png/..", "b.png", "hall", "C:a.png"] {
+            assert_eq!(by_last_parts(dir.path(), none), None, "{none}");
+        }
     }
 
     #[test]

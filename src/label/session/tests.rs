@@ -33,6 +33,44 @@ fn images_are_in_order_and_others_are_named() {
 }
 
 #[test]
+fn an_image_is_one_however_the_files_spell_it() {
+    let dir = folder(&["images/a.png", "images/b.png"]);
+    let file = |name: &str| dir.path().join(name);
+    fs::write(file("labels.csv"), "image,x,y\nimages/a.png,10,5\n./a.png,30,6\nimages\\b.png,10,7\n")
+        .expect("writable");
+    fs::write(file("labels.skip.csv"), "\"image\";\"x\"\nimages/b.png;30.0\n").expect("writable");
+    let session = Session::open(dir.path(), &Columns::Spread(2)).expect("sound");
+    assert_eq!(session.images().collect::<Vec<_>>(), ["a.png", "b.png"]);
+    assert_eq!(session.progress(), Progress { asked: 4, labels: 3, skipped: 1 });
+    let mark = |image, x, from, to| {
+        assert!(session.apply(change(image, x, from, to)).expect("writable").refused.is_empty());
+    };
+    mark("a.png", 30, Some(Mark::Row(6)), Some(Mark::Row(8)));
+    mark("b.png", 30, Some(Mark::Skip), Some(Mark::Row(9)));
+    assert_eq!(
+        fs::read_to_string(file("labels.csv")).expect("there"),
+        "image,x,y\nimages/a.png,10,5\n./a.png,30,8\nimages\\b.png,10,7\nimages/b.png,30,9\n"
+    );
+    assert_eq!(fs::read_to_string(file("labels.skip.csv")).expect("there"), "image,x\n");
+    // Another program adds a row that contradicts one of another spelling.
+    let table = fs::read_to_string(file("labels.csv")).expect("there");
+    fs::write(file("labels.csv"), format!("{table}b.png,10,1\n")).expect("writable");
+    let error = session.since(0).expect_err("contradictory").to_string();
+    assert!(error.contains("labels.csv line 6") && error.contains("(labels.csv line 4)"), "{error}");
+}
+
+#[test]
+#[cfg(unix)]
+fn a_link_to_an_image_in_the_folder_is_that_image() {
+    let dir = folder(&["images/a.png"]);
+    std::os::unix::fs::symlink("images/a.png", dir.path().join("b.png")).expect("writable");
+    fs::write(dir.path().join("labels.csv"), "image,x,y\nb.png,10,5\n").expect("writable");
+    let session = Session::open(dir.path(), &Columns::Spread(2)).expect("sound");
+    assert_eq!(session.images().collect::<Vec<_>>(), ["a.png"]);
+    assert_eq!(session.progress(), Progress { asked: 2, labels: 1, skipped: 0 });
+}
+
+#[test]
 fn columns_are_those_of_the_table_unless_given() {
     let dir = folder(&["a.png", "b.png", "c.png"]);
     let columns = |columns: Columns| Session::open(dir.path(), &columns).map(|s| s.columns().to_vec());
