@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::measure::{Measured, Runs};
-use super::spread::Spread;
+use super::spread::{Spread, median};
 
 /// What running an individual costs, in seconds: once, and for each fitness case.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,13 +62,10 @@ fn compiles(runs: &Runs) -> Option<bool> {
 impl BreakEven {
     /// That of each executor that compiles; none if no other one was measured.
     pub(super) fn all(measured: &Measured) -> Vec<BreakEven> {
-        // Sub-samples are of the same individuals, so a mean ranks executors well enough.
-        let mean = |runs: &Runs| {
-            let all = runs.times.iter().flatten().map(|times| times.together);
-            all.clone().sum::<f64>() / all.count().max(1) as f64
-        };
+        // Sub-samples are of the same individuals, so their medians rank executors well enough.
+        let typical = |runs: &Runs| median(runs.times.iter().flatten().map(|times| times.together));
         let interpreters = measured.runs.iter().filter(|runs| compiles(runs) == Some(false));
-        let Some(interpreter) = interpreters.min_by(|a, b| mean(a).total_cmp(&mean(b))) else {
+        let Some(interpreter) = interpreters.min_by(|a, b| typical(a).total_cmp(&typical(b))) else {
             return Vec::new();
         };
         let compilers = measured.runs.iter().filter(|runs| compiles(runs) == Some(true));

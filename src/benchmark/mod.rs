@@ -43,7 +43,7 @@ mod store;
 
 pub use break_even::{BreakEven, Cost};
 pub use measure::{BenchError, Measured, Plan, Runs, Step, Subject, Times, is_slow, measure};
-pub use plot::{PlotError, png, svg};
+pub use plot::{PlotError, PlotSeries, png, svg};
 pub use population::{Fresh, FreshFilter, even_sample, evolve_fresh};
 pub use report::{
     DataReport, ExecutorReport, GenerationReport, IndividualReport, Machine, Parts, PointExecutor,

@@ -1,22 +1,26 @@
-//! The report as a picture: time against program size, and time against number of cases, both axes logarithmic.
-
-use std::ops::Range;
+//! The report as a picture: time against program size, and time against number of cases, both axes logarithmic, with the
+//! number of cases from which compiling pays.
 
 use image::{ImageFormat, Rgb, RgbImage};
 use plotters::coord::Shift;
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::break_even::BreakEven;
 use super::raster::Raster;
 use super::report::Report;
 use super::spread::median;
+use crate::report::scale::{Scale, extent};
 
 /// Size of a plot in units; a PNG has [`PNG_SCALE`] pixels a unit.
 const SIZE: (u32, u32) = (1080, 480);
 const PNG_SCALE: u32 = 2;
 /// Dots of an executor, at most, so that an SVG stays small.
 const DOTS: usize = 200;
+/// Ticks of the axes, at most.
+const TICKS: (usize, usize) = (12, 14);
+/// How far beyond the largest number of cases measured an axis goes on to show a break-even, as a factor.
+const BEYOND: f64 = 10.0;
 
 /// The colours of executors, in their order: Okabe and Ito's, which differ for colour-blind people too, then
 /// more for machines with many.
@@ -46,22 +50,43 @@ impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for PlotE
     }
 }
 
+/// Which executors a plot shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlotSeries {
+    /// Those that one chooses between: no variant of another that was measured too, as `batch-256` is one of `batch`, and
+    /// of those that are slow the walker alone.
+    Main,
+    /// All that were measured.
+    All,
+}
+
+impl PlotSeries {
+    /// The numbers of the executors shown, in their order.
+    fn of(self, names: &[&str]) -> Vec<usize> {
+        let is_variant = |name: &str| {
+            let of = |other: &&str| name.strip_prefix(*other).is_some_and(|rest| rest.starts_with('-'));
+            names.iter().any(of) || name == "reference" && names.contains(&"tree")
+        };
+        (0..names.len()).filter(|&i| self == PlotSeries::All || !is_variant(names[i])).collect()
+    }
+}
+
 /// The plot as SVG, on a white ground, with a title and a description for those who do not see it.
 ///
 /// # Errors
 /// If it cannot be drawn.
-pub fn svg(report: &Report) -> Result<String, PlotError> {
+pub fn svg(report: &Report, series: PlotSeries) -> Result<String, PlotError> {
     let mut text = String::new();
     {
         let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        draw(&area, report, 1)?;
+        draw(&area, report, series, 1)?;
         area.present()?;
     }
     let end = text.find('>').ok_or_else(|| PlotError("there is no element".to_string()))? + 1;
     let about = format!(
         "\n<title>{}</title>\n<desc>{}</desc>",
         escaped(&title(report)),
-        escaped(&description(report))
+        escaped(&description(report, series))
     );
     text.insert_str(end, &about);
     Ok(text)
@@ -71,10 +96,10 @@ pub fn svg(report: &Report) -> Result<String, PlotError> {
 ///
 /// # Errors
 /// If it cannot be drawn.
-pub fn png(report: &Report) -> Result<Vec<u8>, PlotError> {
+pub fn png(report: &Report, series: PlotSeries) -> Result<Vec<u8>, PlotError> {
     let (width, height) = SIZE;
     let mut image = RgbImage::from_pixel(width * PNG_SCALE, height * PNG_SCALE, Rgb([255; 3]));
-    draw(&Raster(&mut image).into_drawing_area(), report, PNG_SCALE)?;
+    draw(&Raster(&mut image).into_drawing_area(), report, series, PNG_SCALE)?;
     let mut bytes = std::io::Cursor::new(Vec::new());
     image.write_to(&mut bytes, ImageFormat::Png).map_err(|e| PlotError(e.to_string()))?;
     Ok(bytes.into_inner())
@@ -93,17 +118,38 @@ fn title(report: &Report) -> String {
     )
 }
 
-fn description(report: &Report) -> String {
+fn description(report: &Report, series: PlotSeries) -> String {
     let mut text = "Two panels with logarithmic axes. Left: milliseconds of an individual on all cases, compilation \
                     included, against operations of its optimised program. Right: the median against the number of \
                     fitness cases."
         .to_string();
-    for (number, name) in names(report).iter().enumerate() {
+    let names = names(report);
+    for number in series.of(&names) {
         let line: Vec<String> =
             scaling(report, number).iter().map(|(n, ms)| format!("{n} cases {ms:.3} ms")).collect();
-        text += &format!(" {name}: {}.", line.join(", "));
+        text += &format!(" {}: {}.", names[number], line.join(", "));
+    }
+    if let Some(break_even) = break_even(report, &names) {
+        text += &format!(" {}.", pays(break_even));
     }
     text
+}
+
+/// The break-even of the first executor that compiles, on the individuals of the panel of numbers of cases.
+fn break_even<'a>(report: &'a Report, names: &[&str]) -> Option<&'a BreakEven> {
+    let generation = report.generations.iter().find(|g| g.generation == report.scaling.generation)?;
+    names.iter().find_map(|name| generation.break_even.iter().find(|b| b.executor == *name))
+}
+
+/// From where compiling pays, in words.
+fn pays(BreakEven { executor, interpreter, cases, .. }: &BreakEven) -> String {
+    match cases.median.is_finite() {
+        true => format!(
+            "Break-even: for half of the programs {executor} beats {interpreter} from {} cases on",
+            crate::report::scale::label(cases.median.ceil())
+        ),
+        false => format!("Break-even: for half of the programs {executor} never beats {interpreter}"),
+    }
 }
 
 fn names(report: &Report) -> Vec<&str> {
@@ -121,6 +167,7 @@ fn dots(report: &Report, executor: usize) -> Points {
         .filter_map(|i| {
             Some((i.operations.max(1) as f64, i.together_s.get(executor).copied().flatten()? * 1e3))
         })
+        .filter(|(_, ms)| ms.is_finite())
         .collect()
 }
 
@@ -137,67 +184,14 @@ fn scaling(report: &Report, executor: usize) -> Points {
     let points = report.scaling.points.iter();
     points
         .filter_map(|p| Some((p.cases as f64, p.executors.get(executor)?.together_s.median * 1e3)))
+        .filter(|(_, ms)| ms.is_finite())
         .collect()
-}
-
-/// A logarithmic axis.
-#[derive(Debug, Clone)]
-struct LogAxis {
-    range: Range<f64>,
-    /// Where it has ticks; if nowhere in particular, at 1, 2 and 5 times the powers of ten, or at the powers alone if
-    /// that is too many.
-    ticks: Vec<f64>,
-}
-
-impl LogAxis {
-    /// An axis that holds these values, with some room on both sides.
-    fn around(values: impl Iterator<Item = f64>, ticks: Vec<f64>) -> LogAxis {
-        let positive = values.filter(|v| v.is_finite() && *v > 0.0);
-        let (low, high) = positive.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
-        let range = if low > high { 1.0..10.0 } else { low / 1.3..high * 1.3 };
-        LogAxis { range, ticks }
-    }
-
-    fn round_numbers(&self, steps: &[f64]) -> Vec<f64> {
-        let powers = self.range.start.log10().floor() as i32..=self.range.end.log10().ceil() as i32;
-        // A negative power is divided by, which rounds to the decimal as it is written.
-        let power = |p: i32, step: f64| if p < 0 { step / 10f64.powi(-p) } else { step * 10f64.powi(p) };
-        let all = powers.flat_map(|p| steps.iter().map(move |&step| power(p, step)));
-        all.filter(|tick| self.range.contains(tick)).collect()
-    }
-}
-
-impl Ranged for LogAxis {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
-        let share = (value / self.range.start).ln() / (self.range.end / self.range.start).ln();
-        from + (share * f64::from(to - from)).round() as i32
-    }
-
-    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        if !self.ticks.is_empty() && self.ticks.len() <= hint.max_num_points() {
-            return self.ticks.clone();
-        }
-        let fine = self.round_numbers(&[1.0, 2.0, 5.0]);
-        if fine.len() <= hint.max_num_points() { fine } else { self.round_numbers(&[1.0]) }
-    }
-
-    fn range(&self) -> Range<f64> {
-        self.range.clone()
-    }
-}
-
-impl ValueFormatter<f64> for LogAxis {
-    fn format(value: &f64) -> String {
-        format!("{value}")
-    }
 }
 
 fn draw<DB: DrawingBackend>(
     area: &DrawingArea<DB, Shift>,
     report: &Report,
+    series: PlotSeries,
     unit: u32,
 ) -> Result<(), PlotError>
 where
@@ -208,16 +202,39 @@ where
     let heading = font(15, unit).pos(Pos::new(HPos::Center, VPos::Top));
     area.draw(&Text::new(title(report), (n(SIZE.0 / 2), n(10)), heading))?;
     let names = names(report);
-    legend(area, &names, unit)?;
+    let shown = series.of(&names);
+    legend(area, &shown.iter().map(|&number| names[number]).collect::<Vec<_>>(), unit)?;
     let (_, panels) = area.split_vertically(n(56));
     let (left, right) = panels.split_horizontally(n(SIZE.0 / 2));
-    let dots: Vec<Points> = (0..names.len()).map(|number| dots(report, number)).collect();
-    let lines = dots.iter().map(by_size).collect();
-    panel(&left, &dots, lines, ("operations of the optimised program", Vec::new()), "ms, all cases", unit)?;
-    let lines = (0..names.len()).map(|number| scaling(report, number)).collect();
-    let x = format!("fitness cases (generation {})", report.scaling.generation);
-    let numbers = report.scaling.points.iter().map(|p| p.cases as f64).collect();
-    panel(&right, &[], lines, (&x, numbers), "ms, median", unit)
+    let dots: Vec<Points> = shown.iter().map(|&number| dots(report, number)).collect();
+    let lines: Vec<Points> = dots.iter().map(by_size).collect();
+    let all = || dots.iter().chain(&lines).flatten();
+    let size = Panel {
+        x: Scale::logarithmic(all().map(|p| p.0)),
+        y: Scale::logarithmic(all().map(|p| p.1)),
+        x_label: "operations of the optimised program".to_string(),
+        y_label: "ms, all cases",
+        mark: None,
+    };
+    size.draw(&left, &dots, &lines, unit)?;
+    let lines: Vec<Points> = shown.iter().map(|&number| scaling(report, number)).collect();
+    let numbers: Vec<f64> = report.scaling.points.iter().map(|p| p.cases as f64).collect();
+    let break_even = break_even(report, &names);
+    let at = break_even.and_then(|found| on_panel(found.cases.median, &numbers));
+    let cases = Panel {
+        x: Scale::logarithmic(numbers.iter().copied().chain(at)).with_ticks(numbers),
+        y: Scale::logarithmic(lines.iter().flatten().map(|p| p.1)),
+        x_label: format!("fitness cases (generation {})", report.scaling.generation),
+        y_label: "ms, median",
+        mark: break_even.map(|found| (at, pays(found))),
+    };
+    cases.draw(&right, &[], &lines, unit)
+}
+
+/// The number of cases, if the panel with these can hold it; less than a case is one.
+fn on_panel(cases: f64, numbers: &[f64]) -> Option<f64> {
+    let (_, most) = extent(numbers.iter().copied())?;
+    (cases <= BEYOND * most).then_some(cases.max(1.0))
 }
 
 fn font(size: u32, unit: u32) -> TextStyle<'static> {
@@ -251,68 +268,69 @@ where
     Ok(())
 }
 
-/// Axes, dots and lines of each executor.
-fn panel<DB: DrawingBackend>(
-    area: &DrawingArea<DB, Shift>,
-    dots: &[Points],
-    lines: Vec<Points>,
-    (x, ticks): (&str, Vec<f64>),
-    y: &str,
-    unit: u32,
-) -> Result<(), PlotError>
-where
-    DB::ErrorType: 'static,
-{
-    let all = || dots.iter().chain(&lines).flatten();
-    let across = LogAxis::around(all().map(|p| p.0), ticks);
-    let up = LogAxis::around(all().map(|p| p.1), Vec::new());
-    let mut chart = ChartBuilder::on(area)
-        .margin(10 * unit)
-        .x_label_area_size(40 * unit)
-        .y_label_area_size(64 * unit)
-        .build_cartesian_2d(across, up)?;
-    chart
-        .configure_mesh()
-        .x_desc(x)
-        .y_desc(y)
-        .axis_desc_style(font(13, unit))
-        .label_style(font(12, unit))
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(RGBColor(220, 220, 220))
-        .x_labels(12)
-        .y_labels(14)
-        .draw()?;
-    for (number, points) in dots.iter().enumerate() {
-        let few = super::population::even_sample(points, DOTS).into_iter();
-        chart.draw_series(few.map(|&at| Circle::new(at, 2 * unit, colour(number).mix(0.35).filled())))?;
+/// Two axes and what is marked between them.
+struct Panel {
+    x: Scale,
+    y: Scale,
+    x_label: String,
+    y_label: &'static str,
+    /// A place on the x-axis, if it is on it, and what it means.
+    mark: Option<(Option<f64>, String)>,
+}
+
+impl Panel {
+    /// Axes, dots and lines of each executor.
+    fn draw<DB: DrawingBackend>(
+        self,
+        area: &DrawingArea<DB, Shift>,
+        dots: &[Points],
+        lines: &[Points],
+        unit: u32,
+    ) -> Result<(), PlotError>
+    where
+        DB::ErrorType: 'static,
+    {
+        let (low, high) = (self.y.range().start, self.y.range().end);
+        let mut chart = ChartBuilder::on(area)
+            .margin(10 * unit)
+            .margin_top(if self.mark.is_some() { 26 * unit } else { 10 * unit })
+            .x_label_area_size(40 * unit)
+            .y_label_area_size(64 * unit)
+            .build_cartesian_2d(self.x, self.y)?;
+        chart
+            .configure_mesh()
+            .x_desc(&self.x_label)
+            .y_desc(self.y_label)
+            .axis_desc_style(font(13, unit))
+            .label_style(font(12, unit))
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(RGBColor(220, 220, 220))
+            .x_labels(TICKS.0)
+            .y_labels(TICKS.1)
+            .draw()?;
+        for (number, points) in dots.iter().enumerate() {
+            let few = super::population::even_sample(points, DOTS).into_iter();
+            chart.draw_series(few.map(|&at| Circle::new(at, 2 * unit, colour(number).mix(0.35).filled())))?;
+        }
+        if let Some((at, words)) = self.mark {
+            if let Some(x) = at {
+                let line = vec![(x, low), (x, high)];
+                chart.draw_series([PathElement::new(line, BLACK.stroke_width(unit))])?;
+            }
+            let style = font(12, unit).pos(Pos::new(HPos::Right, VPos::Top));
+            let (width, _) = area.dim_in_pixel();
+            area.draw(&Text::new(words, ((width - 10 * unit) as i32, (8 * unit) as i32), style))?;
+        }
+        for (number, points) in lines.iter().enumerate() {
+            let marks = points.iter().map(|&at| Circle::new(at, 3 * unit, colour(number).filled()));
+            let marks: Vec<_> = marks.collect();
+            chart.draw_series([PathElement::new(points.clone(), colour(number).stroke_width(2 * unit))])?;
+            chart.draw_series(marks)?;
+        }
+        Ok(())
     }
-    for (number, points) in lines.into_iter().enumerate() {
-        let marks: Vec<_> =
-            points.iter().map(|&at| Circle::new(at, 3 * unit, colour(number).filled())).collect();
-        chart.draw_series([PathElement::new(points, colour(number).stroke_width(2 * unit))])?;
-        chart.draw_series(marks)?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ticks_are_round_numbers_inside() {
-        let axis = LogAxis { range: 0.03..700.0, ticks: Vec::new() };
-        assert_eq!(axis.round_numbers(&[1.0]), [0.1, 1.0, 10.0, 100.0]);
-        let names: Vec<String> = axis.round_numbers(&[1.0, 2.0, 5.0]).iter().map(LogAxis::format).collect();
-        assert_eq!(names.join(" "), "0.05 0.1 0.2 0.5 1 2 5 10 20 50 100 200 500");
-        assert_eq!(axis.map(&0.03, (100, 200)), 100);
-        assert_eq!(axis.map(&(0.03f64 * 700.0).sqrt(), (100, 200)), 150);
-        assert_eq!(LogAxis::around([].into_iter(), Vec::new()).range, 1.0..10.0);
-    }
-
-    #[test]
-    fn sizes_are_grouped() {
-        let dots = vec![(1.0, 5.0), (16.0, 1.0), (16.0, 3.0), (17.0, 2.0), (64.0, 9.0)];
-        assert_eq!(by_size(&dots), [(16.0, 2.0)]);
-    }
-}
+#[path = "plot_tests.rs"]
+mod tests;

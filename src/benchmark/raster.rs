@@ -77,12 +77,11 @@ impl DrawingBackend for Raster<'_> {
         let turn: FontTransform = style.transform();
         for (number, character) in text.chars().enumerate() {
             let start = left + number as i32 * font::ADVANCE as i32 * scale;
-            for (column, row) in font::pixels(character) {
-                for (i, j) in (0..scale).flat_map(|i| (0..scale).map(move |j| (i, j))) {
-                    let at = (start + column as i32 * scale + i, top + row as i32 * scale + j);
-                    let (dx, dy) = turn.transform(at.0, at.1);
-                    self.draw_pixel((x + dx, y + dy), style.color())?;
-                }
+            for (column, row, part) in font::coverage(character, scale as u32) {
+                let (dx, dy) = turn.transform(start + column as i32, top + row as i32);
+                let colour = style.color();
+                let colour = BackendColor { alpha: colour.alpha * f64::from(part), ..colour };
+                self.draw_pixel((x + dx, y + dy), colour)?;
             }
         }
         Ok(())

@@ -1,6 +1,8 @@
 //! The report: what was measured, in medians and quartiles. Its JSON form is this file's structures as they stand.
 //!
-//! Field names are stable within a [`VERSION`]; fields may be added to one. Times end in `_s` and are seconds.
+//! Field names and what they mean are stable within a [`VERSION`]; fields may be added to one. Times end in `_s` and are
+//! seconds. Whatever compares executors is made of medians, as the times are, so that neither a noisy round nor a few
+//! large programs make it say something else than they do.
 
 use serde::Serialize;
 
@@ -9,7 +11,7 @@ use super::measure::{Measured, Runs, Times};
 use super::spread::{Spread, median};
 
 /// The version of the report's fields.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// The whole report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -136,11 +138,13 @@ pub struct ExecutorReport {
     pub mean_s: Parts,
     /// Sum over its individuals, by round.
     pub round_totals_s: RoundTotals,
-    /// Tree nodes evaluated (as the walker would) by the whole time, compilation included, in 10⁹ a second.
+    /// Median tree nodes of its individuals (as the walker evaluates them on all cases) by the median of their whole
+    /// times, in 10⁹ a second.
     pub gpops: f64,
-    /// The same by the time of execution alone.
+    /// The same by the median of the times of execution alone.
     pub gpops_execute: f64,
-    /// The walker's time for all individuals that both ran, by this executor's; `null` without the walker.
+    /// The median of the walker's times by that of this executor's, of the individuals that both ran; `null` without the
+    /// walker.
     pub times_walker: Option<f64>,
 }
 
@@ -224,7 +228,8 @@ impl ExecutorReport {
         let individuals = runs.times.iter().flatten().count();
         let total = sum(runs.times.iter().flatten());
         let ran = runs.times.iter().zip(&measured.subjects).filter(|(times, _)| times.is_some());
-        let nodes: u64 = ran.map(|(_, subject)| subject.nodes).sum();
+        let nodes = median(ran.map(|(_, subject)| subject.nodes as f64));
+        let (execute_s, together_s) = (spread(|t| t.execute), spread(|t| t.together));
         let part = |sum: f64| sum / individuals.max(1) as f64;
         ExecutorReport {
             executor: runs.name.to_string(),
@@ -232,8 +237,8 @@ impl ExecutorReport {
             rounds: runs.rounds,
             lower_s: spread(|t| t.lower),
             compile_s: spread(|t| t.compile),
-            execute_s: spread(|t| t.execute),
-            together_s: spread(|t| t.together),
+            execute_s,
+            together_s,
             mean_s: Parts {
                 lower: part(total.lower),
                 compile: part(total.compile),
@@ -245,12 +250,13 @@ impl ExecutorReport {
                 median: median(runs.totals.iter().copied()),
                 max: runs.totals.iter().copied().fold(0.0, f64::max),
             },
-            gpops: nodes as f64 / total.together / 1e9,
-            gpops_execute: nodes as f64 / total.execute / 1e9,
+            gpops: nodes / together_s.median / 1e9,
+            gpops_execute: nodes / execute_s.median / 1e9,
             times_walker: measured.runs.iter().find(|other| other.name == "tree").map(|walker| {
                 let both =
                     || runs.times.iter().zip(&walker.times).filter_map(|(a, b)| a.as_ref().zip(b.as_ref()));
-                sum(both().map(|(_, walker)| walker)).together / sum(both().map(|(own, _)| own)).together
+                median(both().map(|(_, walker)| walker.together))
+                    / median(both().map(|(own, _)| own.together))
             }),
         }
     }
@@ -319,9 +325,35 @@ mod tests {
         let [fast, tree] = &report.executors[..] else { panic!("two") };
         assert_eq!((fast.times_walker, tree.times_walker), (Some(10.0), Some(1.0)));
         assert_eq!((fast.individuals, tree.individuals), (3, 2));
-        assert_eq!((fast.gpops, tree.gpops), (60.0 / 104.0, 1.0));
+        assert_eq!((fast.gpops, tree.gpops), (20.0 / 3.0, 1.0));
         assert_eq!(fast.round_totals_s, RoundTotals { min: 1.0, median: 2.0, max: 3.0 });
         assert_eq!(report.measured[1].together_s, [Some(100.0), None]);
         assert_eq!(report.nodes_per_case.median, 1e10);
+    }
+
+    /// What is as fast in the middle is as fast in the report, whatever one individual or round took.
+    #[test]
+    fn speeds_agree_with_the_medians() {
+        let runs = |name, seconds: &[f64]| {
+            let times = |&s: &f64| Times { lower: 0.0, compile: 0.0, execute: s, together: s };
+            let (times, totals) =
+                (seconds.iter().map(|s| Some(times(s))).collect(), vec![seconds.iter().sum()]);
+            Runs { name, lowers: true, rounds: 1, times, totals }
+        };
+        let (usual, noisy) = ([2.0, 2.0, 3.0, 4.0, 5.0], [2.0, 2.0, 3.0, 4.0, 5000.0]);
+        let measured = Measured {
+            cases: 1,
+            subjects: [6, 6, 6, 6, 600_000].map(|nodes| Subject { operations: 1, nodes }).into(),
+            runs: vec![runs("quiet", &usual), runs("noisy", &noisy), runs("tree", &[30.0; 5])],
+        };
+        let report = GenerationReport::of(0, 5, &measured);
+        let [quiet, noisy, tree] = &report.executors[..] else { panic!("three") };
+        assert_eq!(quiet.together_s.median, noisy.together_s.median);
+        assert_eq!((quiet.gpops, quiet.times_walker), (noisy.gpops, noisy.times_walker));
+        assert_eq!((quiet.gpops, tree.gpops), (2e-9, 2e-10));
+        for executor in &report.executors {
+            let by_hand = tree.together_s.median / executor.together_s.median;
+            assert_eq!(executor.times_walker, Some(by_hand), "{}", executor.executor);
+        }
     }
 }

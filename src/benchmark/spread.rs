@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::statistics::quantile;
+
 /// Median and quartiles of a number of values. A value may be infinite; in JSON such a quantile is `null`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
@@ -18,21 +20,8 @@ impl Spread {
     pub fn of(values: impl IntoIterator<Item = f64>) -> Spread {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_unstable_by(f64::total_cmp);
-        Spread { q1: quantile(&values, 0.25), median: quantile(&values, 0.5), q3: quantile(&values, 0.75) }
-    }
-}
-
-/// A quantile of ascending values, interpolated between the two that are next to it.
-fn quantile(values: &[f64], share: f64) -> f64 {
-    let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
-    let position = share * last as f64;
-    let (below, part) = (position.floor() as usize, position.fract());
-    let (a, b) = (values[below], values[(below + 1).min(last)]);
-    match part {
-        0.0 => a,
-        // Between a number and infinity there is only infinity.
-        _ if b.is_infinite() => b,
-        _ => a + part * (b - a),
+        let of = |share| if values.is_empty() { f64::NAN } else { quantile(&values, share) };
+        Spread { q1: of(0.25), median: of(0.5), q3: of(0.75) }
     }
 }
 

@@ -6,8 +6,8 @@ use std::sync::atomic::AtomicBool;
 
 use clap::ValueEnum;
 use vsonar::benchmark::{
-    self, BenchError, DataReport, Fresh, GenerationReport, Machine, Measured, Plan, PointReport, Report,
-    ScalingReport, SettingsReport, Step, even_sample, measure,
+    self, BenchError, DataReport, Fresh, GenerationReport, Machine, Measured, Plan, PlotSeries, PointReport,
+    Report, ScalingReport, SettingsReport, Step, even_sample, measure,
 };
 use vsonar::dataset::Dataset;
 use vsonar::evolve::Settings;
@@ -94,7 +94,8 @@ pub(crate) struct Args {
     cases: Vec<CaseCount>,
     #[command(flatten, next_help_heading = "Measurement")]
     memory: MemoryArgs,
-    /// Plot time against program size and number of cases, as .svg or .png; repeatable
+    /// Plot time against program size and number of cases, as .svg or .png; repeatable. It shows the executors asked for by
+    /// name, else those that one chooses between: no widths of vectors, and of the slow ones `tree` alone
     #[arg(long, value_name = "FILE", value_parser = plot_file, help_heading = "Output")]
     plot: Vec<Plot>,
     /// Write everything that was measured to this file, as JSON
@@ -127,14 +128,16 @@ fn case_count(text: &str) -> Result<CaseCount, String> {
 #[derive(Debug, Clone)]
 struct Plot {
     file: PathBuf,
-    draw: fn(&Report) -> Result<Vec<u8>, benchmark::PlotError>,
+    draw: fn(&Report, PlotSeries) -> Result<Vec<u8>, benchmark::PlotError>,
 }
 
 fn plot_file(text: &str) -> Result<Plot, String> {
     let file = PathBuf::from(text);
     let extension = file.extension().map(|e| e.to_string_lossy().to_lowercase());
     match extension.as_deref() {
-        Some("svg") => Ok(Plot { file, draw: |report| Ok(benchmark::svg(report)?.into_bytes()) }),
+        Some("svg") => {
+            Ok(Plot { file, draw: |report, series| Ok(benchmark::svg(report, series)?.into_bytes()) })
+        }
         Some("png") => Ok(Plot { file, draw: benchmark::png }),
         _ => Err("the name must end in .svg or .png".to_string()),
     }
@@ -185,8 +188,9 @@ pub(crate) fn run(mut args: Args) -> Result<(), CliError> {
 
 /// Writes what was asked for.
 fn publish(args: &Args, report: &Report) -> Result<(), CliError> {
+    let series = if args.executors.is_empty() { PlotSeries::Main } else { PlotSeries::All };
     for plot in &args.plot {
-        output::write_file(&plot.file, &(plot.draw)(report)?)?;
+        output::write_file(&plot.file, &(plot.draw)(report, series)?)?;
     }
     if let Some(out) = &args.out {
         output::write_file(out, format!("{}\n", serde_json::to_string_pretty(report)?).as_bytes())?;

@@ -18,7 +18,7 @@ use vsonar::world::office::{FRAME_RATE, Kind, Office, World};
 
 use super::drive_scores::{Sets, own_world};
 use super::drive_sensor::{Against, Building, Others, Sensor, kind};
-use super::drive_tables::{Report, SensorReport, Timing, line, text};
+use super::drive_tables::{Report, SensorReport, Timing, line, outcome, text};
 use super::drive_view::{Ended, Meter};
 use super::executor::with_stack;
 use super::jobs::{Cores, each_watched, useful_threads};
@@ -358,12 +358,12 @@ fn write(folder: &NewFolder, office: &Office, report: &Report) -> Result<(), Cli
     for SensorReport { sensor, runs, .. } in &report.sensors {
         for run in runs {
             for (i, (x, y)) in run.path.iter().enumerate() {
-                let seconds = (i as f64 / 2.0).min(run.seconds);
+                let seconds = (i as f64 * Run::PATH_SECONDS).min(run.seconds);
                 // Writing to a string cannot fail.
                 let _ = writeln!(paths, "{sensor},{},{seconds},{x:.3},{y:.3}", run.number);
             }
-            let caption = format!("{}: {}", report.building, line(sensor, run));
-            let map = map::svg(office, run, report.settings.body.radius, &caption);
+            let heading = format!("Run {} of {sensor} in {}", run.number, report.building);
+            let map = map::svg(office, run, report.settings.body.radius, &heading, &outcome(run));
             folder.write(&format!("{}-run-{}.svg", sensor, run.number), map.as_bytes())?;
         }
     }

@@ -62,7 +62,12 @@ pub(crate) struct Timing {
 
 /// A run as a line.
 pub(crate) fn line(sensor: &str, run: &Run) -> String {
-    format!("{sensor}, run {}: {:.1} m in {}, {}", run.number, run.metres, clock(run.seconds), end(run))
+    format!("{sensor}, run {}: {}", run.number, outcome(run))
+}
+
+/// How far a run went, how long, and how it ended.
+pub(crate) fn outcome(run: &Run) -> String {
+    format!("{:.1} m in {}, {}", run.metres, clock(run.seconds), end(run))
 }
 
 /// Minutes and seconds.

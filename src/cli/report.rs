@@ -60,7 +60,7 @@ pub(crate) struct Args {
     /// Leave out what the best program does, as `vsonar explain` shows it; a very large program takes long
     #[arg(long)]
     no_explain: bool,
-    /// The heading [default: the name of the run]
+    /// The heading [default: the name of the run's folder]
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
     /// What runs the programs; all give the same answers
@@ -194,7 +194,7 @@ fn report(args: &Args, folders: &[PathBuf], progress: &ProgressBar) -> Result<Re
     }
     let comparison = (runs.len() > 1).then(|| Comparison::of(&runs, &all_settings));
     let title = args.title.clone().unwrap_or_else(|| match &runs[..] {
-        [run] => format!("Run {}", run.name),
+        [run] => run.name.clone(),
         runs => count(runs.len() as u64, "run"),
     });
     Ok(Report { title, runs, comparison, command: Some(command(args)) })

@@ -44,8 +44,8 @@ const SHEET_TILES: usize = 240;
 
 /// Draw a program's answers into the images, or those of several side by side
 ///
-/// Writes a PNG for each image, and all of them on a contact sheet, contact-sheet.png (with more than 240
-/// images also contact-sheet-2.png and so on).
+/// Writes a PNG for each image, and all of them on a contact sheet of at most 2 MB, the worst first: contact-sheet.png
+/// (with more than 240 images also contact-sheet-2.png and so on).
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -169,8 +169,7 @@ fn write_pictures(
     };
     folder.make()?;
     let folder = &*folder;
-    let indices: Vec<usize> = (0..images.len()).collect();
-    for (sheet, part) in sheets.iter().zip(indices.chunks(SHEET_TILES)) {
+    for (sheet, part) in sheets.iter().zip(drawing.worst_first().chunks(SHEET_TILES)) {
         let tile = |&i: &usize| -> Result<Tile, CliError> {
             go_on()?;
             let picture = drawing.picture(i);
@@ -179,7 +178,7 @@ fn write_pictures(
         };
         let tiles = part.par_iter().map(tile).collect::<Result<Vec<Tile>, CliError>>()?;
         go_on()?;
-        folder.write(sheet, &png(&drawing.sheet(&tiles, sheet_columns))?)?;
+        folder.write(sheet, &drawing.sheet(&tiles, sheet_columns)?)?;
     }
     go_on()?;
     Ok(sheets)

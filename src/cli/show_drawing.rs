@@ -1,16 +1,19 @@
 //! The pictures of `vsonar show`: of one program as in the paper, of several side by side.
 
-use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use image::RgbImage;
 use vsonar::dataset::Dataset;
 use vsonar::report::{
-    Column, LEGEND, LEGEND_SEVERAL, Style, Tile, contact_sheet, contact_sheet_of_several, draw, draw_several,
-    letter, with_lines,
+    Column, LEGEND, LEGEND_SEVERAL, Style, Tile, contact_sheet_png, draw, draw_several, letter, short_names,
+    with_lines,
 };
 
+use super::CliError;
 use super::output::percent;
+
+/// Bytes of a contact sheet, at most.
+const SHEET_BYTES: usize = 2_000_000;
 
 /// A data set and what programs answer to it.
 pub(crate) struct Drawing<'a> {
@@ -77,20 +80,35 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    /// A sheet of tiles.
-    pub(crate) fn sheet(&self, tiles: &[Tile], columns: usize) -> RgbImage {
+    /// The images by how many answers are wrong, of all programs together: the worst first.
+    pub(crate) fn worst_first(&self) -> Vec<usize> {
+        let right = |image: usize| -> f64 {
+            let correct: usize = (0..self.names.len()).map(|program| self.correct(image, program)).sum();
+            let all: usize = self.columns[image].iter().map(Vec::len).sum();
+            // An image without labels has no wrong answer.
+            if all == 0 { 1.0 } else { correct as f64 / all as f64 }
+        };
+        let mut images: Vec<usize> = (0..self.columns.len()).collect();
+        images.sort_by(|&a, &b| right(a).total_cmp(&right(b)));
+        images
+    }
+
+    /// A sheet of tiles as a PNG file.
+    pub(crate) fn sheet(&self, tiles: &[Tile], columns: usize) -> Result<Vec<u8>, CliError> {
         let set = self.set.name();
-        match &self.names[..] {
+        let (heading, keys) = match &self.names[..] {
             [only] => {
-                contact_sheet(tiles, columns, &format!("{only} on {set}: {}. {LEGEND}", self.result_of(0)))
+                (format!("{only} on {set}: {}. The worst images first. {LEGEND}", self.result_of(0)), vec![])
             }
             several => {
-                let heading = format!("{} programs on {set}. {LEGEND_SEVERAL}", several.len());
+                let heading =
+                    format!("{} programs on {set}. The worst images first. {LEGEND_SEVERAL}", several.len());
                 let key = |(i, name): (usize, &String)| format!("{name}: {}", self.result_of(i));
-                let keys: Vec<String> = several.iter().enumerate().map(key).collect();
-                contact_sheet_of_several(tiles, columns, &heading, &keys)
+                (heading, several.iter().enumerate().map(key).collect())
             }
-        }
+        };
+        let file = contact_sheet_png(tiles, columns, &heading, &keys, SHEET_BYTES);
+        file.map_err(|error| CliError::Failed(format!("the contact sheet cannot be encoded: {error}")))
     }
 
     /// How the programs do, in words.
@@ -123,30 +141,29 @@ impl<'a> Drawing<'a> {
     }
 }
 
-/// The names of the files, with as many of the folders around them as it takes to tell them apart.
-fn short_names(paths: &[PathBuf]) -> Vec<String> {
-    let last = |path: &Path, parts: usize| {
-        let all: Vec<_> =
-            path.components().map(|part| part.as_os_str().to_string_lossy().into_owned()).collect();
-        all[all.len().saturating_sub(parts)..].join("/")
-    };
-    let longest = paths.iter().map(|path| path.components().count()).max().unwrap_or(1);
-    let named = |parts: usize| paths.iter().map(|path| last(path, parts)).collect::<Vec<_>>();
-    let differ = |names: &Vec<String>| names.iter().collect::<BTreeSet<_>>().len() == names.len();
-    (1..=longest).map(named).find(differ).unwrap_or_else(|| named(longest))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use image::{GrayImage, Luma};
+    use vsonar::dataset::{Case, NamedImage};
 
     #[test]
-    fn names_are_as_short_as_they_can_be() {
-        let short = |paths: &[&str]| short_names(&paths.iter().map(PathBuf::from).collect::<Vec<_>>());
-        assert_eq!(short(&["runs/a/best.gp"]), ["best.gp"]);
-        assert_eq!(short(&["runs/a/best.gp", "runs/b/best.gp"]), ["a/best.gp", "b/best.gp"]);
-        assert_eq!(short(&["x/a/best.gp", "y/a/best.gp"]), ["x/a/best.gp", "y/a/best.gp"]);
-        assert_eq!(short(&["a.gp", "b/a.gp"]), ["a.gp", "b/a.gp"]);
-        assert_eq!(short(&["a.gp", "a.gp"]), ["a.gp", "a.gp"]);
+    fn the_worst_images_come_first() {
+        let image = |i: usize| NamedImage {
+            name: format!("{i}.png"),
+            pixels: GrayImage::from_pixel(32, 24, Luma([i as u8])),
+        };
+        // The fourth has no label at all; two are alike.
+        let cases = [0, 0, 1, 1, 2, 2, 4].map(|image| Case { image, x: 8, y: 10 });
+        let set = Dataset::new("set", (0..5).map(image).collect(), cases.into()).expect("sound");
+        let order = |answers: &[Vec<f32>]| {
+            let programs: Vec<PathBuf> = (0..answers.len()).map(|i| format!("{i}.gp").into()).collect();
+            Drawing::new(&set, &programs, answers, Style { tolerance: 1.0, ..Style::default() }).worst_first()
+        };
+        let (right, wrong) = (10.0, f32::NAN);
+        assert_eq!(order(&[vec![right, right, wrong, wrong, right, wrong, right]]), [1, 2, 0, 3, 4]);
+        assert_eq!(order(&[vec![wrong; 7]]), [0, 1, 2, 4, 3]);
+        let (one, other) = (vec![right; 7], vec![right, right, right, wrong, wrong, wrong, right]);
+        assert_eq!(order(&[one, other]), [2, 1, 0, 3, 4]);
     }
 }

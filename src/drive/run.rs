@@ -14,7 +14,7 @@ use crate::world::office::{FRAME_RATE, Moment, Office, OfficeError, Place, Thing
 
 /// Steps of the wheels between two frames: 50 a second.
 const STEPS: u32 = 5;
-/// Frames from one place of a path to the next: two places a second.
+/// Frames from one place of a path to the next.
 const PATH: u64 = 5;
 /// It is stuck if in so many seconds it has not left a circle of this radius in metres.
 const STUCK: (f64, f64) = (60.0, 0.5);
@@ -98,6 +98,11 @@ pub struct Run {
     /// Where it was, twice a second and at the end: x and y in metres.
     #[serde(skip)]
     pub path: Vec<(f64, f64)>,
+}
+
+impl Run {
+    /// Seconds from one place of its path to the next.
+    pub const PATH_SECONDS: f64 = PATH as f64 / FRAME_RATE;
 }
 
 /// A frame of a run.

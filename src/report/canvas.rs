@@ -102,12 +102,21 @@ impl Canvas {
 
     /// A text with its upper left corner at a pixel, each pixel of the font `scale` x `scale` pixels.
     pub(super) fn text(&mut self, (x, y): (i64, i64), scale: i64, text: &str, colour: Colour) {
+        let size = scale.clamp(1, 64) as u32;
         for (i, character) in text.chars().enumerate() {
-            let left = x + i as i64 * i64::from(font::ADVANCE) * scale;
-            for (column, row) in font::pixels(character) {
-                let (left, top) = (left + i64::from(column) * scale, y + i64::from(row) * scale);
-                let dot = Area { left, top, right: left + scale, bottom: top + scale };
-                self.fill(dot, colour);
+            let left = x + i as i64 * i64::from(font::ADVANCE * size);
+            for (column, row, part) in font::coverage(character, size) {
+                self.blend(left + i64::from(column), y + i64::from(row), colour, part);
+            }
+        }
+    }
+
+    /// Covers so much of a pixel, 0 to 1.
+    fn blend(&mut self, x: i64, y: i64, colour: Colour, part: f32) {
+        let (Ok(x), Ok(y)) = (u32::try_from(x), u32::try_from(y)) else { return };
+        if let Some(Rgb(under)) = self.0.get_pixel_mut_checked(x, y) {
+            for (under, over) in under.iter_mut().zip(colour.0) {
+                *under = (f32::from(*under) * (1.0 - part) + f32::from(over) * part).round() as u8;
             }
         }
     }

@@ -27,15 +27,19 @@
 
 mod canvas;
 pub(crate) mod font;
+mod names;
 mod overlay;
 pub mod page;
+mod palette;
 mod picture;
+pub(crate) mod scale;
 mod several;
 mod sheet;
 #[cfg(test)]
 mod tests;
 
+pub use names::short_names;
 pub use overlay::{Mark, Overlay};
 pub use picture::{Column, MAX_SCALE, Style, draw, fitting_scale};
 pub use several::{LEGEND_SEVERAL, MOST_DETECTORS, draw_several, letter, with_lines};
-pub use sheet::{LEGEND, Tile, contact_sheet, contact_sheet_of_several};
+pub use sheet::{LEGEND, Tile, contact_sheet, contact_sheet_png};

@@ -1,12 +1,13 @@
 //! Many pictures on one sheet, each with a caption.
 
+use std::borrow::Cow;
+
 use image::imageops::{overlay, thumbnail};
 use image::{Rgb, RgbImage};
 
 use super::canvas::{Area, Canvas, Colour, WHITE};
-use super::font;
 use super::picture::{RIGHT, WRONG};
-use super::several;
+use super::{font, palette, several};
 
 /// What the marks of a picture mean, in a sentence for a sheet's heading.
 pub const LEGEND: &str = "White bar: taken for ground. Black bar: taken for an obstacle. Cross: ideal answer. \
@@ -15,11 +16,17 @@ pub const LEGEND: &str = "White bar: taken for ground. Black bar: taken for an o
 /// The longest side of a tile in pixels; larger pictures are reduced to it.
 const SIDE: u32 = 320;
 
+/// The longest side of a tile that is reduced for a smaller file, at least.
+const LEAST_SIDE: u32 = 80;
+
 /// Between tiles, and around all of them, in pixels.
 const MARGIN: u32 = 14;
 
 /// The narrowest place for a tile and its caption, in pixels.
-const NARROWEST: u32 = 96;
+const NARROWEST: u32 = 120;
+
+/// Pixels for a pixel of the font.
+const TEXT_SCALE: u32 = 2;
 
 /// Between a picture and its caption, and between lines of text, in pixels of the font.
 const LEADING: u32 = 3;
@@ -68,37 +75,66 @@ impl Tile {
     }
 
     fn with(picture: &RgbImage, name: String, scores: Vec<Score>) -> Tile {
-        let (width, height) = picture.dimensions();
-        let longest = width.max(height);
-        let picture = if longest > SIDE {
-            let part = |side: u32| {
-                let scaled =
-                    (u64::from(side) * u64::from(SIDE) + u64::from(longest) / 2) / u64::from(longest);
-                // at most SIDE, since no side is longer than the longest
-                (scaled as u32).max(1)
-            };
-            thumbnail(picture, part(width), part(height))
-        } else {
-            picture.clone()
-        };
-        Tile { picture, name, scores }
+        Tile { picture: reduced(picture, SIDE).into_owned(), name, scores }
     }
+}
+
+/// The picture with no side longer than this, its proportions kept.
+fn reduced(picture: &RgbImage, most: u32) -> Cow<'_, RgbImage> {
+    let (width, height) = picture.dimensions();
+    let longest = width.max(height);
+    if longest <= most {
+        return Cow::Borrowed(picture);
+    }
+    let part = |side: u32| {
+        let scaled = (u64::from(side) * u64::from(most) + u64::from(longest) / 2) / u64::from(longest);
+        // at most `most`, since no side is longer than the longest
+        (scaled as u32).max(1)
+    };
+    Cow::Owned(thumbnail(picture, part(width), part(height)))
 }
 
 /// The tiles in rows of `columns` (at least one), in their order, below a heading; each has its name and
 /// `correct/total` below it. A name too long for its place loses its middle, and a character that is not
 /// printable ASCII is drawn as a box.
 pub fn contact_sheet(tiles: &[Tile], columns: usize, heading: &str) -> RgbImage {
-    contact_sheet_of_several(tiles, columns, heading, &[])
+    drawn(tiles, columns, heading, &[], SIDE)
 }
 
-/// The same of several detectors, with a line below the heading for each: its letter in its colour, and this text.
-pub fn contact_sheet_of_several(tiles: &[Tile], columns: usize, heading: &str, keys: &[String]) -> RgbImage {
+/// The sheet as a PNG file of at most so many bytes: grays and colours are a few for it, and tiles become smaller as far as
+/// it takes (a sheet of very many tiles may be larger all the same). Of several detectors there is a line in `keys` for
+/// each, drawn below the heading: its letter in its colour, and this text.
+///
+/// # Errors
+/// If the picture cannot be encoded.
+pub fn contact_sheet_png(
+    tiles: &[Tile],
+    columns: usize,
+    heading: &str,
+    keys: &[String],
+    most: usize,
+) -> Result<Vec<u8>, png::EncodingError> {
+    let longest = |tile: &Tile| tile.picture.width().max(tile.picture.height());
+    let mut side = tiles.iter().map(longest).max().unwrap_or(SIDE).clamp(LEAST_SIDE, SIDE);
+    loop {
+        let file = palette::png(&drawn(tiles, columns, heading, keys, side))?;
+        if file.len() <= most || side == LEAST_SIDE {
+            return Ok(file);
+        }
+        // Bytes go with the area; a little less, as small pictures have more edges for their size.
+        let fits = f64::from(side) * (0.95 * most as f64 / file.len() as f64).sqrt();
+        side = (fits as u32).clamp(LEAST_SIDE, side - 1);
+    }
+}
+
+/// The sheet with tiles of this side at most.
+fn drawn(tiles: &[Tile], columns: usize, heading: &str, keys: &[String], side: u32) -> RgbImage {
     let columns = columns.clamp(1, tiles.len().max(1));
-    let widest = tiles.iter().map(|t| t.picture.width()).max().unwrap_or(0);
-    let highest = tiles.iter().map(|t| t.picture.height()).max().unwrap_or(0);
+    let pictures: Vec<Cow<'_, RgbImage>> = tiles.iter().map(|tile| reduced(&tile.picture, side)).collect();
+    let widest = pictures.iter().map(|picture| picture.width()).max().unwrap_or(0);
+    let highest = pictures.iter().map(|picture| picture.height()).max().unwrap_or(0);
     let cell = widest.max(NARROWEST);
-    let text = Text { scale: if cell >= 160 { 2 } else { 1 }, width: cell };
+    let text = Text { scale: TEXT_SCALE, width: cell };
     let columns_u32 = columns as u32;
     let inner = columns_u32 * (cell + MARGIN) - MARGIN;
     let lines = wrap(heading, Text { width: inner, ..text }.fitting());
@@ -117,7 +153,7 @@ pub fn contact_sheet_of_several(tiles: &[Tile], columns: usize, heading: &str, k
     for (i, tile) in tiles.iter().enumerate() {
         let left = MARGIN + (i % columns) as u32 * (cell + MARGIN);
         let top = MARGIN + heading_height + (i / columns) as u32 * row;
-        overlay(&mut sheet.0, &tile.picture, i64::from(left), i64::from(top));
+        overlay(&mut sheet.0, &*pictures[i], i64::from(left), i64::from(top));
         let letters = tile.scores.iter().map(|score| score.text.chars().count() + 1).sum::<usize>();
         let place = text.fitting().saturating_sub(letters);
         let below = top + highest + LEADING * text.scale;

@@ -214,6 +214,37 @@ fn tiles_are_reduced_and_keep_their_proportions() {
     assert_eq!(filled(&tile(3000, 2, "a")), (320, 1));
 }
 
+/// Of images that no format makes small, in their colours.
+#[test]
+fn a_sheet_s_file_is_as_small_as_it_is_to_be() {
+    let mut state = 1u32;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    let mut tile = |i: usize| {
+        let image = GrayImage::from_fn(320, 240, |_, y| Luma([(y / 2) as u8 + noise() / 4]));
+        let columns = [column(100, 120, 120.0), column(200, 120, 10.0)];
+        Tile::new(&draw(&image, &columns, &Style::default()), format!("frame_{i}.png"), 1, 2)
+    };
+    let tiles: Vec<Tile> = (0..30).map(&mut tile).collect();
+    let of = |most: usize| {
+        let file = contact_sheet_png(&tiles, 6, LEGEND, &[], most).expect("encoded");
+        let picture = image::load_from_memory(&file).expect("a picture").into_rgb8();
+        (file.len(), picture)
+    };
+    let (whole, large) = of(usize::MAX);
+    assert_eq!(large.dimensions(), contact_sheet(&tiles, 6, LEGEND).dimensions());
+    let (bytes, small) = of(500_000);
+    assert!(whole > 600_000 && bytes <= 500_000 && bytes > 300_000, "{whole} {bytes}");
+    assert!(small.width() < large.width() && small.width() > large.width() / 3, "{:?}", small.dimensions());
+    // Marks keep their colours, but for the steps of the palette.
+    let orange = |picture: &RgbImage| picture.pixels().filter(|p| p.0 == [255, 153, 0]).count();
+    assert!(orange(&large) > 1000 && orange(&small) > 100, "{} {}", orange(&large), orange(&small));
+    // What cannot be so small is as small as it gets.
+    assert!(of(1).0 < bytes);
+}
+
 #[test]
 fn captions_stay_in_their_place() {
     let long = "a very long name, ".repeat(500) + "語.png";

@@ -12,8 +12,13 @@ pub fn quantile(sorted: &[f64], p: f64) -> f64 {
     let position = p.clamp(0.0, 1.0) * (sorted.len() - 1) as f64;
     let below = position.floor();
     let (low, high) = (sorted[below as usize], sorted[position.ceil() as usize]);
-    // Equal neighbours give themselves, without rounding.
-    if low == high { low } else { low + (position - below) * (high - low) }
+    let (part, difference) = (position - below, high - low);
+    // Equal neighbours give themselves, without rounding; others may differ by more than the greatest number.
+    match low == high {
+        true => low,
+        false if difference.is_finite() => low + part * difference,
+        false => low * (1.0 - part) + high * part,
+    }
 }
 
 /// A sample in five numbers.
@@ -57,5 +62,16 @@ mod tests {
         assert_eq!(Quartiles::of(&[7.0, 1.0, 3.0, 15.0, 5.0]), five(1.0, 3.0, 5.0, 7.0, 15.0));
         let sorted: Vec<f64> = (0..=10).map(f64::from).collect();
         assert_eq!([0.0, 0.125, 0.95, 1.0].map(|p| quantile(&sorted, p)), [0.0, 1.25, 9.5, 10.0]);
+    }
+
+    #[test]
+    fn far_and_infinite_neighbours() {
+        let of = |low: f64, high: f64| [0.0, 0.25, 0.5, 1.0].map(|p| quantile(&[low, high], p));
+        let [least, lower, middle, most] = of(f64::MIN, f64::MAX);
+        assert_eq!((least, middle, most), (f64::MIN, 0.0, f64::MAX));
+        assert!((lower / f64::MAX + 0.5).abs() < 1e-15, "{lower}");
+        assert_eq!(of(1.0, f64::INFINITY)[..3], [1.0, f64::INFINITY, f64::INFINITY]);
+        assert_eq!(of(f64::INFINITY, f64::INFINITY), [f64::INFINITY; 4]);
+        assert_eq!(of(-5e-324, 5e-324)[2], 0.0);
     }
 }

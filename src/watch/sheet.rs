@@ -62,9 +62,7 @@ impl Sheet {
             return Ok(drawn.clone());
         }
         let title = match (state.asked, &state.runs[..]) {
-            (1, [run]) => {
-                format!("Run {}", run.folder.file_name().unwrap_or(run.folder.as_os_str()).display())
-            }
+            (1, [run]) => page::name(&run.folder),
             (1, _) => "The run".to_string(),
             (asked, _) => format!("{asked} runs"),
         };
@@ -151,6 +149,6 @@ mod tests {
         let state = State::of_one(&folder);
         let drawn = sheet.of(&state).expect("drawn");
         assert!(drawn.html.contains("&lt;b&gt;: there is no settings.toml"), "{}", drawn.html);
-        assert_eq!(&*drawn.title, "Run <b>");
+        assert_eq!(&*drawn.title, "<b>");
     }
 }

@@ -75,7 +75,7 @@ fn json_has_the_documented_fields() {
     let printed = place.ok(&tiny_bench(&arguments));
     assert_eq!(printed, place.read("report.json"));
     let report: Value = serde_json::from_str(&printed).expect("JSON");
-    assert_eq!((&report["version"], &report["rounds"]), (&Value::from(1), &Value::from(1)));
+    assert_eq!((&report["version"], &report["rounds"]), (&Value::from(2), &Value::from(1)));
     assert_eq!(report["data"]["cases"], 24);
     assert_eq!(report["settings"]["population"], 60);
     assert!(report["machine"]["threads"].as_u64() > Some(0));

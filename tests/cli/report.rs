@@ -96,26 +96,35 @@ fn the_page_of_a_run_is_sound_and_says_what_eval_says() {
         all.iter().filter(|e| e.name == "section").filter_map(|e| e.get("id")).collect();
     let expected = [
         "result",
-        "curves",
-        "diversity",
-        "time",
-        "hall",
+        "pictures",
+        "program",
+        "rivals",
         "errors",
         "transience",
-        "program",
-        "pictures",
-        "rivals",
+        "curves",
+        "hall",
+        "diversity",
+        "time",
         "settings",
         "commands",
     ];
-    assert_eq!(sections, expected);
+    assert_eq!(sections, expected, "the detector, then how it came about");
+    assert!(page.contains("<h1>run</h1>"), "the name of the folder");
+    let first = page.split("id=\"pictures\"").next().expect("a beginning");
+    assert!(first.contains("data:image/png") && first.contains("answer: a"), "what it sees, what it does");
     assert!(all.iter().filter(|e| e.get("role") == Some("img")).count() >= 12);
     let pictures =
         |kind: &str| all.iter().filter(|e| e.get("src").is_some_and(|src| src.starts_with(kind))).count();
-    assert_eq!(pictures("data:image/png"), 3, "the images of the held-out drive");
+    assert_eq!(pictures("data:image/png"), 1 + 3, "a typical image, and all of the held-out drive");
     assert_eq!(pictures("data:image/svg+xml"), 1, "the trees");
     assert!(page.contains("images of 64 x 48 pixels") && page.contains("bit for bit"), "the listing");
     assert!(page.len() < 5 << 20);
+    // A flag is one word, however narrow the page is.
+    assert!(page.contains("<span>vsonar</span> <span>report</span> <span>run</span></code>"), "{page}");
+    assert!(page.contains("<span>--seed</span>") && !page.contains("vsonar evolve --settings"));
+    assert!(all.iter().filter(|e| e.get("class") == Some("scroll")).all(|table| {
+        table.get("tabindex") == Some("0") && table.get("aria-label").is_some_and(|label| !label.is_empty())
+    }));
 
     let report = json(&place, &["run"]);
     let run = &report["runs"][0];
@@ -315,4 +324,67 @@ fn several_runs_are_compared_by_their_settings() {
     assert_eq!(comparison["part"], "holdout");
     let pair = &comparison["pairs"][0];
     assert!(pair["p"].as_f64().is_some_and(|p| (0.0..=1.0).contains(&p)), "{pair}");
+
+    // Where more than one thing differs, settings go by their runs; and all runs are seen on the same images.
+    evolved(&place, "1", "wide", &["--set", "breeding.max_depth=13", "--set", "breeding.mutation_depth=3"]);
+    let report = json(&place, &["all", "deep", "wide", "--out", "three.html"]);
+    let page = place.read("three.html");
+    elements(&page);
+    let settings = report["comparison"]["settings"].as_array().expect("a list");
+    let names: Vec<&str> = settings.iter().filter_map(|setting| setting["name"].as_str()).collect();
+    assert_eq!(names, ["seed-1 to seed-1-again", "deep", "wide"]);
+    let seen: BTreeSet<String> = (report["runs"].as_array().expect("a list").iter())
+        .map(|run| run["answers"]["views"][0]["name"].to_string())
+        .collect();
+    assert_eq!(seen.len(), 1, "{seen:?}");
+    assert!(page.contains("id=\"views\"") && page.contains("<span>wide, drive_b_"), "a picture of each");
+}
+
+/// A log whose numbers are the oddest that it can hold gives a page all the same, and one that is no number an error.
+#[test]
+fn every_finite_number_in_a_log_is_plotted() {
+    let place = Place::new();
+    evolved(&place, "1", "run", &[]);
+    evolved(&place, "2", "other", &[]);
+    let whole = place.read("run/log.jsonl");
+    let with = |changes: &[(&str, &str)]| {
+        let mut lines: Vec<String> = whole.lines().map(str::to_string).collect();
+        let mut record: Value = serde_json::from_str(&lines[1]).expect("JSON");
+        for (i, (pointer, _)) in changes.iter().enumerate() {
+            *record.pointer_mut(pointer).expect(pointer) = Value::from(format!("change {i}"));
+        }
+        lines[1] = record.to_string();
+        for (i, (_, number)) in changes.iter().enumerate() {
+            lines[1] = lines[1].replace(&format!("\"change {i}\""), number);
+        }
+        place.write("run/log.jsonl", lines.join("\n") + "\n");
+    };
+    let most = "1.7976931348623157e308";
+    for changes in [
+        &[("/mean_depth", most)][..],
+        &[("/timing/evaluate", most), ("/timing/breed", most), ("/timing/wall", most)],
+        &[("/timing/lower", most), ("/timing/execute", most), ("/timing/busy", "-1e300")],
+        &[("/mean_nodes", "5e-324"), ("/mean_depth", "-0.0"), ("/timing/wall", "2.2250738585072014e-308")],
+        &[
+            ("/best_fitness", most),
+            ("/mean_fitness", "-1.7976931348623157e308"),
+            ("/median_fitness", "5e-324"),
+        ],
+        &[("/mean_nodes", "-1.7976931348623157e308"), ("/constant_share", most), ("/timing/save", "-0.0")],
+    ] {
+        with(changes);
+        let start = std::time::Instant::now();
+        for runs in [&["run"][..], &["run", "other"]] {
+            place.ok(&[&["report"], runs, &["--no-rivals", "--no-explain", "--out", "page.html"]].concat());
+            let page = place.read("page.html");
+            elements(&page);
+            assert!(!page.contains("NaN") && !page.contains(">inf") && page.len() < 2 << 20, "{changes:?}");
+        }
+        assert!(start.elapsed().as_secs() < 120, "{changes:?}");
+    }
+    for number in ["1e999", "-1e999", "NaN", "Infinity", "\"7\""] {
+        with(&[("/mean_depth", number)]);
+        let complaint = place.fails(1, &["report", "run", "--no-rivals"]);
+        assert!(complaint.contains("run/log.jsonl:2: "), "{number}: {complaint}");
+    }
 }

@@ -389,7 +389,7 @@ fn what_cannot_be_labelled_is_refused_with_a_remedy() {
         ("image,y\n", vec!["labels.csv line 1", "without `x`", "vsonar data check"]),
         ("image,x,y\nframe_1.png,20,5\nframe_1.png,20,6\n", vec!["labels.csv line 3", "already"]),
         ("image,x,y\nframe_1.png,20,120\n", vec!["labels.csv line 2", "outside the image"]),
-        ("image,x,y\n../a.png,20,1\n", vec!["labels.csv line 2", "not a plain path"]),
+        ("image,x,y\n../a.png,20,1\n", vec!["labels.csv line 2", "not a path below the folder"]),
     ] {
         std::fs::write(below(&dir, "labels.csv"), table).expect("writable");
         told(dir.path(), &[], 1, &words);

@@ -103,7 +103,7 @@ fn it_keeps_up_and_leaves_the_reader_alone() {
         assert_eq!(browser.get(same), true, "{same}");
     }
     assert_eq!(browser.get("String(getSelection())"), "Fitness");
-    assert!(browser.get("document.title").as_str().is_some_and(|title| title.ends_with(" %: Run run")));
+    assert!(browser.get("document.title").as_str().is_some_and(|title| title.ends_with(" %: run")));
 
     // Parts of it come and go, as a legend does when there is one curve; what is behind them stays.
     browser.get(

@@ -300,6 +300,7 @@ pub(crate) mod tests {
             let read = Results::read(dir.path()).expect("the same table");
             assert_eq!((read.rows, read.torn), (rows.to_vec(), false), "{again}");
         }
+        let (dir, text) = written(&[row("a", 1, 80), row("a", 2, 81)]);
         let open = text.replacen("corridor", "\"corridor", 1);
         assert!(refused(&dir, &open).contains("results.csv:2: this is no row of a sweep: a quote is opened"));
     }

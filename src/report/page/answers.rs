@@ -35,17 +35,52 @@ pub struct PictureRoom {
     pub bytes: usize,
     /// The longest side of one, in pixels.
     pub side: u32,
+    /// The images that stand for all.
+    pub views: Views,
+}
+
+/// Which images stand for all of a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Views {
+    /// The one whose share of correct answers is nearest to that of all.
+    Typical,
+    /// So many, evenly chosen whatever the answers: the same for every program.
+    Even(usize),
+}
+
+impl Views {
+    /// Their places in a list of images in the order of the set; `all` is the share of correct answers of all of them.
+    fn choose(self, images: &[&(usize, Group)], all: f64) -> Vec<usize> {
+        match self {
+            Views::Typical => {
+                let off = |i: usize| (images[i].1.tally.fitness() - all).abs();
+                let from_middle = |i: usize| i.abs_diff(images.len() / 2);
+                let order = |a: &usize, b: &usize| {
+                    off(*a).total_cmp(&off(*b)).then(from_middle(*a).cmp(&from_middle(*b)))
+                };
+                (0..images.len()).min_by(order).into_iter().collect()
+            }
+            Views::Even(most) => {
+                let count = most.min(images.len());
+                // The first and the last image are often the oddest.
+                (0..count).map(|i| (2 * i + 1) * images.len() / (2 * count)).collect()
+            }
+        }
+    }
 }
 
 impl PictureRoom {
     /// In a report on so many runs, so that it stays below 5 MB.
     pub fn of(runs: usize) -> PictureRoom {
         match runs {
-            0 | 1 => PictureRoom { bytes: PICTURE_BYTES, side: 480 },
+            0 | 1 => PictureRoom { bytes: PICTURE_BYTES, side: 480, views: Views::Typical },
             // Each has curves of its own as well.
-            2..=10 => PictureRoom { bytes: 4 * PICTURE_BYTES / 5 / runs, side: 240 },
-            11..=BRIEFS => PictureRoom { bytes: 4 * PICTURE_BYTES / 5 / runs, side: 160 },
-            _ => PictureRoom { bytes: 0, side: 160 },
+            2..=4 => PictureRoom { bytes: 4 * PICTURE_BYTES / 5 / runs, side: 320, views: Views::Even(3) },
+            5..=10 => PictureRoom { bytes: 4 * PICTURE_BYTES / 5 / runs, side: 240, views: Views::Even(1) },
+            11..=BRIEFS => {
+                PictureRoom { bytes: 4 * PICTURE_BYTES / 5 / runs, side: 160, views: Views::Even(1) }
+            }
+            _ => PictureRoom { bytes: 0, side: 160, views: Views::Even(0) },
         }
     }
 }
@@ -105,6 +140,15 @@ impl Answers {
             .filter(|(_, group)| group.tally.cases > 0)
             .collect();
         images.sort_by(|(_, a), (_, b)| a.tally.fitness().total_cmp(&b.tally.fitness()));
+        let all = group(String::new(), &|_| true).tally;
+        let mut in_order: Vec<&(usize, Group)> = images.iter().collect();
+        in_order.sort_by_key(|(number, _)| *number);
+        let chosen = look.pictures.views.choose(&in_order, all.fitness());
+        let seen: Vec<&(usize, Group)> = chosen.into_iter().map(|i| in_order[i]).collect();
+        let mut left = look.pictures.bytes;
+        let views = pictures(set, answers, &seen, look, &mut left);
+        let extremes = extremes(&images);
+        let pictures = pictures(set, answers, &extremes, look, &mut left);
         let ground = look.camera.map(|camera| Ground::new(camera, set.width(), set.height()));
         let distances = match &ground {
             Some(ground) => by_metres(ground, &group),
@@ -112,13 +156,14 @@ impl Answers {
         };
         Answers {
             part: look.part,
-            all: group(String::new(), &|_| true).tally,
+            all,
             columns: columns.collect(),
             distances: distances.into_iter().filter(|group| group.tally.cases > 0).collect(),
             measure: if ground.is_some() { Measure::Metres } else { Measure::Rows },
             errors: Histogram::of(set, answers, look.tolerance),
             transience: Transience::of(set, answers, look.tolerance),
-            pictures: pictures(set, answers, &images, look),
+            views,
+            pictures,
             images: images.into_iter().map(|(_, group)| group).collect(),
         }
     }
@@ -158,6 +203,8 @@ fn by_rows(height: u32, group: &Grouping) -> Vec<Group> {
 impl Histogram {
     /// Of the finite answers, in bins as wide as the answers that count as correct around the middle one.
     fn of(set: &Dataset, answers: &[f32], tolerance: f64) -> Histogram {
+        // No finite answer is farther off, so that a greater tolerance makes no other bins.
+        let tolerance = tolerance.min(2.0 * f64::from(f32::MAX));
         let width = (2.0 * tolerance).max(1.0);
         let mut errors: Vec<f64> = (set.cases().iter().zip(answers))
             .filter(|(_, answer)| answer.is_finite())
@@ -182,14 +229,24 @@ impl Histogram {
     }
 }
 
-/// The worst images and a few of the best, as far as there is room.
-fn pictures(set: &Dataset, answers: &[f32], images: &[(usize, Group)], look: &Look) -> Vec<Picture> {
-    let worst = images.iter().filter(|(_, group)| group.tally.correct < group.tally.cases).take(WORST);
-    let worst: Vec<_> = worst.collect();
-    let best = images.iter().rev().take(BEST.min(images.len() - worst.len()));
-    let mut left = look.pictures.bytes;
+/// The worst images and a few of the best; `images` begin with the worst.
+fn extremes(images: &[(usize, Group)]) -> Vec<&(usize, Group)> {
+    let wrong = images.iter().filter(|(_, group)| group.tally.correct < group.tally.cases);
+    let worst: Vec<_> = wrong.take(WORST).collect();
+    let best = BEST.min(images.len() - worst.len());
+    worst.into_iter().chain(images.iter().rev().take(best)).collect()
+}
+
+/// Pictures of these images, as far as there is room: so many bytes are left.
+fn pictures(
+    set: &Dataset,
+    answers: &[f32],
+    images: &[&(usize, Group)],
+    look: &Look,
+    left: &mut usize,
+) -> Vec<Picture> {
     let mut pictures = Vec::new();
-    for (number, group) in worst.into_iter().chain(best) {
+    for (number, group) in images {
         let columns: Vec<Column> = (set.cases().iter().zip(answers))
             .filter(|(case, _)| case.image == *number)
             .map(|(case, &answer)| Column { x: case.x, label: case.y, answer })
@@ -202,7 +259,7 @@ fn pictures(set: &Dataset, answers: &[f32], images: &[(usize, Group)], look: &Lo
         }
         let png = png.into_inner();
         let Some(rest) = left.checked_sub(png.len()) else { break };
-        left = rest;
+        *left = rest;
         pictures.push(Picture {
             name: group.name.clone(),
             tally: group.tally,
@@ -243,6 +300,15 @@ mod tests {
     }
 
     fn looked(set: &Dataset, answers: &[f32], camera: Option<&Camera>) -> Answers {
+        looked_with(set, answers, camera, PictureRoom::of(1))
+    }
+
+    fn looked_with(
+        set: &Dataset,
+        answers: &[f32],
+        camera: Option<&Camera>,
+        pictures: PictureRoom,
+    ) -> Answers {
         let constants = Constants::learn(set, 10.0);
         let look = Look {
             part: Part::Training,
@@ -250,7 +316,7 @@ mod tests {
             camera,
             constants: &constants,
             window: None,
-            pictures: PictureRoom::of(1),
+            pictures,
         };
         Answers::of(set, answers, &look)
     }
@@ -271,6 +337,16 @@ mod tests {
             assert_eq!(found.errors.bins.iter().map(|bin| bin.1).sum::<usize>(), 3, "finite ones");
             assert_eq!((found.errors.median, found.errors.median_magnitude), (Some(0.0), Some(39.0)));
             assert_eq!(found.pictures.len(), 4);
+            let names = |found: &Answers| found.views.iter().map(|p| p.name.clone()).collect::<Vec<_>>();
+            assert_eq!(
+                names(&found),
+                ["a_2.png"],
+                "0 is nearer to a quarter than 1, and it is in the middle"
+            );
+            let views = |views| PictureRoom { views, ..PictureRoom::of(1) };
+            let even = looked_with(&set, &[0.0, 90.0, f32::NAN, 200.0], camera, views(Views::Even(3)));
+            assert_eq!(names(&even), ["a_0.png", "a_2.png", "a_3.png"], "whatever the answers");
+            assert_eq!(even.typical().expect("one").name, "a_2.png");
         }
         let edges = looked(&set, &[10.0, 20.0, 130.5, 208.9], None).errors;
         let there: Vec<_> = edges.bins.iter().filter(|bin| bin.1 > 0).copied().collect();
@@ -295,7 +371,11 @@ mod tests {
             camera: None,
             constants: &constants,
             window: None,
-            pictures: PictureRoom { bytes: found.pictures.remove(0).png.len(), ..PictureRoom::of(1) },
+            pictures: PictureRoom {
+                bytes: found.pictures.remove(0).png.len(),
+                views: Views::Even(0),
+                ..PictureRoom::of(1)
+            },
         };
         assert_eq!(Answers::of(&set, &[500.0, 511.0, 900.0], &look).pictures.len(), 1);
     }

@@ -1,4 +1,5 @@
-//! Plots of a page, as SVG whose colours are the page's: light or dark as the reader has it.
+//! Plots of a page, as SVG whose colours are the page's: light or dark as the reader has it. Every finite number can be
+//! plotted, and what is not finite is left out ([`Scale`]).
 //!
 //! `plotters` draws with colours that stand for roles (a number that no reader ever sees); in its text they are replaced
 //! by classes, to which the style sheet gives the colours of each theme, and series their dashes.
@@ -8,6 +9,12 @@ use std::ops::Range;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
+use crate::report::scale::{self, Scale};
+
+/// Ticks of the axes, at most.
+const TICKS: (usize, usize) = (8, 7);
+/// Names along an axis, at most; of more, some are left out.
+const NAMES: usize = 40;
 /// Size of a plot in units; the page shows it as wide as there is room.
 const SIZE: (u32, u32) = (480, 270);
 
@@ -115,17 +122,9 @@ pub(super) enum Unit {
 impl Unit {
     fn format(self, value: f64) -> String {
         match self {
-            Unit::Percent => format!("{:.0} %", 100.0 * value),
-            Unit::Plain => {
-                // Ticks are round numbers, but for the last bits.
-                let text = format!("{value:.3}");
-                let text = text.trim_end_matches('0').trim_end_matches('.');
-                match text {
-                    "-0" => "0".to_string(),
-                    _ if value.fract() == 0.0 && value.abs() >= 1e3 => super::parts::grouped(value),
-                    _ => text.to_string(),
-                }
-            }
+            // Ticks are round numbers, but for the last bits of their hundredfold.
+            Unit::Percent => format!("{} %", scale::label((1e8 * value).round() / 1e6)),
+            Unit::Plain => scale::label(value),
         }
     }
 }
@@ -143,18 +142,18 @@ pub(super) struct Axis {
 impl Axis {
     /// An axis that holds these values; from 0 on, if it is to.
     pub(super) fn around(label: &str, unit: Unit, zero: bool, values: impl Iterator<Item = f64>) -> Axis {
-        let finite = values.filter(|value| value.is_finite());
-        let (low, high) = finite
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-        let (low, high) = if low > high { (0.0, 1.0) } else { (low, high) };
+        let (low, high) = scale::extent(values).unwrap_or((0.0, 1.0));
         let low = if zero { low.min(0.0) } else { low };
-        let room = if high > low { 0.04 * (high - low) } else { 0.5 * high.abs().max(1.0) };
+        // Of the halves, as their whole may be more than the greatest number.
+        let room = if high > low { 0.08 * (high / 2.0 - low / 2.0) } else { 0.5 * high.abs().max(1.0) };
         let below = if zero && low == 0.0 { 0.0 } else { room };
-        let range = match unit {
+        let (least, most) = match unit {
             // There are no shares beyond these.
-            Unit::Percent => (low - below).max(0.0)..(high + room).min(1.0),
-            Unit::Plain => low - below..high + room,
+            Unit::Percent => (0.0, 1.0),
+            Unit::Plain => (f64::MIN, f64::MAX),
         };
+        let range = (low - below).clamp(least, most)..(high + room).clamp(least, most);
+        let range = if range.is_empty() { least..most } else { range };
         Axis { label: label.to_string(), unit, range, names: Vec::new() }
     }
 
@@ -176,12 +175,16 @@ impl Axis {
     }
 
     fn text(&self, value: f64) -> String {
-        if self.names.is_empty() {
-            return self.unit.format(value);
+        match self.names.get(value.max(0.0) as usize) {
+            Some(name) => name.clone(),
+            None => self.unit.format(value),
         }
-        let whole = (value - value.round()).abs() < 1e-6 && value > -0.5;
-        let name = whole.then(|| self.names.get(value.round() as usize)).flatten();
-        name.cloned().unwrap_or_default()
+    }
+
+    fn scale(&self) -> Scale {
+        let named: Vec<usize> = (0..self.names.len()).filter(|&i| !self.names[i].is_empty()).collect();
+        let ticks = super::parts::thinned(named.len(), NAMES).into_iter().map(|i| named[i] as f64);
+        Scale::linear(self.range.start, self.range.end).with_ticks(ticks.collect())
     }
 }
 
@@ -230,10 +233,10 @@ impl Plot {
             .margin_right(14)
             .x_label_area_size(46)
             .y_label_area_size(70)
-            .build_cartesian_2d(self.x.range.clone(), self.y.range.clone())?;
+            .build_cartesian_2d(self.x.scale(), self.y.scale())?;
         let font = |size: u32| ("sans-serif", size).into_font().color(&Ink::Text.colour());
         let (x, y) = (|value: &f64| self.x.text(*value), |value: &f64| self.y.text(*value));
-        let labels = if self.x.names.is_empty() { 7 } else { 2 * self.x.names.len() + 1 };
+        let labels = if self.x.names.is_empty() { TICKS.0 } else { NAMES };
         let mut mesh = chart.configure_mesh();
         mesh.x_desc(&self.x.label)
             .y_desc(&self.y.label)
@@ -243,7 +246,7 @@ impl Plot {
             .light_line_style(TRANSPARENT)
             .bold_line_style(Ink::Grid.colour())
             .x_labels(labels)
-            .y_labels(6)
+            .y_labels(TICKS.1)
             .x_label_formatter(&x)
             .y_label_formatter(&y);
         if !self.x.names.is_empty() {
@@ -258,7 +261,8 @@ impl Plot {
                     chart.draw_series([PathElement::new(points, colour.stroke_width(2))])?;
                 }
                 Shape::Band(band) => {
-                    let band = || band.iter().filter(|(x, low, high)| (x + low + high).is_finite());
+                    let band =
+                        || band.iter().filter(|(x, low, high)| [x, low, high].iter().all(|v| v.is_finite()));
                     let up = band().map(|&(x, low, _)| (x, low));
                     let down = band().rev().map(|&(x, _, high)| (x, high));
                     let outline: Vec<Point> = up.chain(down).collect();
@@ -290,7 +294,11 @@ impl Plot {
                     chart.draw_series(rings.map(|at| Circle::new(at, 8, colour.stroke_width(2))))?;
                 }
                 Shape::Bars(bars) => {
-                    let bars = bars.iter().map(|&(left, right, bottom, top)| {
+                    let finite = |bar: &&(f64, f64, f64, f64)| {
+                        let (left, right, bottom, top) = bar;
+                        [left, right, bottom, top].iter().all(|v| v.is_finite())
+                    };
+                    let bars = bars.iter().filter(finite).map(|&(left, right, bottom, top)| {
                         Rectangle::new([(left, bottom), (right, top)], colour.filled())
                     });
                     chart.draw_series(bars)?;
@@ -349,8 +357,47 @@ mod tests {
         assert_eq!(axis(true, &[50.0]), 0.0..52.0);
         assert_eq!(axis(false, &[5.0, 5.0]), 2.5..7.5);
         assert_eq!([2.5, -0.0, 4000.0].map(|value| Unit::Plain.format(value)), ["2.5", "0", "4,000"]);
-        assert_eq!(Unit::Percent.format(0.2), "20 %");
+        assert_eq!([0.2, 0.29, 0.505].map(|value| Unit::Percent.format(value)), ["20 %", "29 %", "50.5 %"]);
         let named = Axis::named("", vec!["a".into(), "b".into()]);
-        assert_eq!([0.0, 0.5, 1.0, -0.5].map(|at| named.text(at)), ["a", "", "b", ""]);
+        assert_eq!(
+            named.scale().ticks(9).into_iter().map(|at| named.text(at)).collect::<Vec<_>>(),
+            ["a", "b"]
+        );
+    }
+
+    /// Of whatever values an axis is made, it ends, and so does a plot of them.
+    #[test]
+    fn every_finite_number_can_be_plotted() {
+        let numbers = [f64::MIN, -1.0, -5e-324, -0.0, 5e-324, f64::MIN_POSITIVE, 0.3, 1e300, f64::MAX];
+        let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+        let pairs = numbers.iter().flat_map(|&a| numbers.iter().chain(&odd).map(move |&b| vec![a, b]));
+        let lists = pairs.chain(odd.map(|odd| vec![odd])).chain(numbers.map(|one| vec![one])).chain([vec![]]);
+        for values in lists {
+            for (unit, zero) in [(Unit::Plain, true), (Unit::Plain, false), (Unit::Percent, false)] {
+                let axis = Axis::around("", unit, zero, values.iter().copied());
+                let (start, end) = (axis.range.start, axis.range.end);
+                assert!(start.is_finite() && end.is_finite() && start < end, "{values:?}: {axis:?}");
+                assert!(
+                    unit == Unit::Percent
+                        || values.iter().all(|v| !v.is_finite() || axis.range.contains(v) || *v == end)
+                );
+                let points: Vec<Point> = values.iter().map(|&v| (v, v)).collect();
+                let shapes = [
+                    Shape::Line(points.clone()),
+                    Shape::Band(values.iter().map(|&v| (v, v, v)).collect()),
+                    Shape::Dots(points.clone(), 4),
+                    Shape::Rings(points),
+                    Shape::Bars(values.iter().map(|&v| (v, v, 0.0, v)).collect()),
+                ];
+                let series = shapes.map(|shape| Series { name: None, ink: Ink::Series(1), shape });
+                let plot = Plot { x: axis.clone(), y: axis, series: series.into() };
+                let svg = plot.svg("p", "", "").expect("drawn");
+                assert!(!svg.contains("NaN") && !svg.contains("inf"), "{values:?}: {svg}");
+                assert!((3..=20).contains(&svg.matches("<text").count()), "{values:?}: {svg}");
+            }
+        }
+        let many = Axis::named("", (0..5000).map(|i| i.to_string()).collect());
+        assert_eq!(many.scale().ticks(NAMES).len(), NAMES);
+        assert!(Axis::named("", Vec::new()).scale().ticks(NAMES).len() <= NAMES);
     }
 }

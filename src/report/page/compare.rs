@@ -4,10 +4,12 @@ use maud::{Markup, html};
 
 use super::Section;
 use super::chart::{Axis, Ink, Plot, PlotError, Series, Shape, Unit};
-use super::comparison::scores;
+use super::comparison::{names, scores};
 use super::curves;
-use super::model::{Comparison, Part, Report, Run, Setting};
-use super::parts::{Figure, POINTS, Table, count, duration, none, number, percent, quartiles, rows, thinned};
+use super::model::{Comparison, Part, Picture, Report, Run, Setting};
+use super::parts::{
+    Figure, POINTS, Table, command, count, duration, none, number, percent, prose, quartiles, rows, thinned,
+};
 use super::{errors, sections};
 use crate::statistics::Quartiles;
 
@@ -186,6 +188,7 @@ fn differences(settings: &[Setting]) -> Markup {
     let names: Vec<&str> =
         std::iter::once("setting").chain(settings.iter().map(|s| s.name.as_str())).collect();
     let mut table = Table::new("What differs", &names);
+    table.words = (1..names.len()).collect();
     let values = settings.first().map_or(&[][..], |first| &first.values);
     for (i, (name, _)) in values.iter().enumerate() {
         let cells = settings.iter().map(|setting| setting.values[i].1.clone());
@@ -223,6 +226,9 @@ pub(super) fn page(
             } },
         ));
     }
+    if runs.iter().any(|run| !views(run).is_empty()) {
+        all.insert(usize::from(comparison.is_some()), ("views", "What they see", seen(runs)));
+    }
     all.push(("runs", "The runs", html! { (overview(runs).html()) (briefs(runs)?) }));
     let repeat: Vec<_> = runs.iter().flat_map(|run| run.commands.iter().take(1).cloned()).collect();
     if !repeat.is_empty() || report.command.is_some() {
@@ -234,17 +240,40 @@ pub(super) fn page(
     })
 }
 
+/// The images that a run's answers are shown on, whatever the answers.
+fn views(run: &Run) -> &[Picture] {
+    run.answers.as_ref().map_or(&[], |answers| &answers.views)
+}
+
+/// The answers of all runs to the same images.
+fn seen(runs: &[Run]) -> Markup {
+    let names = names(runs);
+    let most = runs.iter().map(|run| views(run).len()).max().unwrap_or(0);
+    let of = |i: usize| {
+        let there = runs.iter().zip(&names).filter_map(move |(run, name)| Some((views(run).get(i)?, name)));
+        there.map(|(view, name)| (view, format!("{name}, {}", view.words())))
+    };
+    html! {
+        p {
+            "Images evenly chosen from what the runs are tested on, whatever the answers. White bars: taken for ground; black: \
+             taken for an obstacle. Cross: the ideal answer. Orange with a ring: wrong."
+        }
+        @for i in 0..most { (errors::gallery(of(i))) }
+    }
+}
+
 /// The data, and what went wrong with runs.
 fn about(runs: &[Run], comparison: Option<&Comparison>) -> Markup {
     let mut data: Vec<&str> = runs.iter().map(|run| run.data.as_str()).collect();
     data.sort_unstable();
     data.dedup();
     let settings = comparison.map_or(0, |comparison| comparison.settings.len());
-    let collapsed: Vec<&Run> = runs.iter().filter(|run| run.warning.is_some()).collect();
+    let collapsed: Vec<usize> = (0..runs.len()).filter(|&i| runs[i].warning.is_some()).collect();
     let mut missing: Vec<&String> = runs.iter().flat_map(|run| &run.missing).collect();
     missing.sort_unstable();
     missing.dedup();
     let again = comparison.map_or(&[][..], |comparison| &comparison.again);
+    let names = names(runs);
     let counts = |i: usize| again.iter().all(|(run, _)| *run != i);
     let unfinished = (0..runs.len()).filter(|&i| counts(i) && !runs[i].is_complete()).count();
     html! {
@@ -252,18 +281,18 @@ fn about(runs: &[Run], comparison: Option<&Comparison>) -> Markup {
             dt { "Data" } @for data in data { dd { (data) } }
             dt { "Runs" } dd { (count(runs.len(), "run")) " of " (count(settings, "setting")) }
         }
-        @if let Some(first) = collapsed.first() { p.note {
+        @if let Some(&first) = collapsed.first() { p.note {
             strong { (collapsed.len()) " of " (count(runs.len(), "run")) " ended collapsed: " }
-            @for (i, run) in collapsed.iter().enumerate() { @if i > 0 { ", " } (run.folder) }
-            @if let Some(warning) = &first.warning { ". Of the first: " (warning) }
+            @for (i, &run) in collapsed.iter().enumerate() { @if i > 0 { ", " } (names[run]) }
+            @if let Some(warning) = &runs[first].warning { ". Of the first: " (prose(warning)) }
         } }
         @for (run, first) in again { p.note {
-            (runs[*run].folder) " is " (runs[*first].folder) " once more: the same settings, seed and data. It counts once."
+            (names[*run]) " is " (names[*first]) " once more: the same settings, seed and data. It counts once."
         } }
         @if unfinished > 0 { p.note {
             "Not complete, so that their held-out images are left alone: " (count(unfinished, "run")) "."
         } }
-        @for missing in missing { p.note { (missing) } }
+        @for missing in missing { p.note { (prose(missing)) } }
     }
 }
 
@@ -272,11 +301,11 @@ fn overview(runs: &[Run]) -> Table {
         "Each run",
         &["run", "seed", "generations", "training", "validation", "held out", "nodes", "time"],
     );
-    for run in runs {
+    for (run, name) in runs.iter().zip(names(runs)) {
         let part =
             |part: Part| run.scores.iter().find(|s| s.part == part).map_or_else(none, |s| percent(s.fitness));
         table.row([
-            run.folder.clone(),
+            name,
             run.seed.to_string(),
             run.records.len().to_string(),
             part(Part::Training),
@@ -292,13 +321,14 @@ fn overview(runs: &[Run]) -> Table {
 fn briefs(runs: &[Run]) -> Result<Markup, PlotError> {
     if runs.len() > BRIEFS {
         return Ok(html! { p.soft {
-            "Of more than " (BRIEFS) " runs the page shows no details; `vsonar report` makes a page for each."
+            "Of more than " (BRIEFS) " runs the page shows no details; " (command("vsonar report")) " makes a page for each."
         } });
     }
+    let names = names(runs);
     Ok(html! { @for (i, run) in runs.iter().enumerate() {
         details {
-            summary { (run.folder) ", seed " (run.seed) }
-            (sections::facts(run)) (sections::notes(run)) (sections::result(run))
+            summary { (names[i]) ", seed " (run.seed) }
+            (sections::notes(run)) (sections::result(run))
             (curves::growth(run, &format!("r{i}-"))?)
             @if let Some(answers) = &run.answers {
                 h3 { "Errors" }

@@ -7,6 +7,7 @@ use super::folder::flat;
 use super::model::{Comparison, Pair, Part, Run, Setting};
 use super::parts::none;
 use crate::evolve::{Record, Settings};
+use crate::report::short_names;
 use crate::statistics::{Quartiles, a12, holm, rank_sum};
 
 impl Comparison {
@@ -51,7 +52,8 @@ impl Comparison {
         let preset = |i: usize| runs[groups[i].0].preset;
         let presets: BTreeSet<&str> = (0..groups.len()).map(preset).collect();
         let by_preset = presets.len() == groups.len();
-        let setting = |(number, (first, members)): (usize, (usize, Vec<usize>))| {
+        let run_names = self::names(runs);
+        let setting = |(first, members): (usize, Vec<usize>)| {
             let values: Vec<(String, String)> =
                 names.iter().map(|name| (name.to_string(), value(&keys[first], name))).collect();
             let words: Vec<String> = values.iter().map(|(name, value)| format!("{name} = {value}")).collect();
@@ -59,11 +61,11 @@ impl Comparison {
                 [] => "all runs".to_string(),
                 [one] if one.len() < 50 => one.replace("data = ", ""),
                 _ if by_preset => runs[first].preset.to_string(),
-                _ => format!("setting {}", number + 1),
+                _ => together(&members.iter().map(|&run| &run_names[run][..]).collect::<Vec<_>>()),
             };
             Setting::of(name, values, members, runs)
         };
-        let settings: Vec<Setting> = groups.iter().cloned().enumerate().map(setting).collect();
+        let settings: Vec<Setting> = groups.iter().cloned().map(setting).collect();
         let parts = [Part::Holdout, Part::Validation, Part::Training];
         // A run that goes on has nothing held out yet; it does not take the test from those that have.
         let scored = |run: usize, part: Part| runs[run].scores.iter().any(|s| s.part == part);
@@ -78,6 +80,21 @@ impl Comparison {
         let part = part.filter(|_| settings.len() > 1);
         let pairs = part.map_or_else(Vec::new, |part| pairs(&settings, runs, part));
         Comparison { settings, part, pairs, again }
+    }
+}
+
+/// What runs are called on a page: the names of their folders, as long as it takes to tell them apart.
+pub(super) fn names(runs: &[Run]) -> Vec<String> {
+    short_names(&runs.iter().map(|run| &run.folder).collect::<Vec<_>>())
+}
+
+/// Runs by their names, in a few words.
+fn together(names: &[&str]) -> String {
+    match names {
+        [] => none(),
+        [one] => one.to_string(),
+        [one, other] => format!("{one}, {other}"),
+        [first, .., last] => format!("{first} to {last}"),
     }
 }
 

@@ -94,8 +94,10 @@ pub(super) fn growth(run: &Run, prefix: &str) -> Result<Markup, PlotError> {
         grouped(records.iter().map(|r| f64::from(r.max_nodes)).fold(0.0, f64::max))
     );
     let depth = format!(
-        "Mean depth from {:.1} to {:.1}; the deepest at the end has {}.",
-        first.mean_depth, last.mean_depth, last.max_depth
+        "Mean depth from {} to {}; the deepest at the end has {}.",
+        number(first.mean_depth),
+        number(last.mean_depth),
+        last.max_depth
     );
     Ok(html! {
         div.plots {
@@ -207,7 +209,7 @@ fn phases(record: &Record) -> [f64; 6] {
     let threads = t.lower + t.compile + t.execute;
     let evaluate =
         if t.evaluate > 0.0 { t.evaluate } else { (t.wall - t.breed - t.record - t.save).max(0.0) };
-    let part = |of: f64| if threads > 0.0 { evaluate * of / threads } else { 0.0 };
+    let part = |of: f64| if threads > 0.0 { evaluate * (of / threads) } else { 0.0 };
     let execute = if threads > 0.0 { part(t.execute) } else { evaluate };
     [execute, part(t.lower), part(t.compile), t.breed, t.record, t.save]
 }
@@ -242,7 +244,7 @@ pub(super) fn time(run: &Run, prefix: &str) -> Result<Markup, PlotError> {
     }
     let mut numbers = Table::new("Milliseconds by phase", &[&["generation"][..], &PHASES].concat());
     for i in rows(records.len()) {
-        let cells = phases(&records[i]).map(|seconds| format!("{:.1}", 1e3 * seconds));
+        let cells = phases(&records[i]).map(|seconds| number(1e3 * seconds));
         numbers.row(std::iter::once(records[i].generation.to_string()).chain(cells));
     }
     let series = PHASES.iter().zip(bars).enumerate().map(|(i, (name, bars))| Series {

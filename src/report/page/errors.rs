@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::chart::{Axis, Ink, Plot, PlotError, Series, Shape, Unit};
-use super::model::{Answers, Group, Histogram, Measure};
+use super::model::{Answers, Group, Histogram, Measure, Picture};
 use super::parts::{Figure, Table, count, maybe, none, number, percent};
 
 /// Images of the table that is not folded.
@@ -158,12 +158,16 @@ pub(super) fn pictures(answers: &Answers) -> Markup {
             "Images of the part “" (answers.part.name()) "”, the worst first, then some of the best. White bars: taken for ground; black: taken for an obstacle. \
              Cross: the ideal answer; square: the program’s window at its own. Orange with a ring: wrong."
         }
-        ul.pictures { @for picture in &answers.pictures {
-            @let alt = format!("{}: {} of {} answers correct", picture.name, picture.tally.correct, picture.tally.cases);
-            li {
-                img src={ "data:image/png;base64," (picture.png) } width=(picture.size.0) height=(picture.size.1) alt=(alt);
-                span { (alt) }
-            }
-        } }
+        (gallery(answers.pictures.iter().map(|picture| (picture, picture.words()))))
     }
+}
+
+/// Pictures with these words below each.
+pub(super) fn gallery<'a>(pictures: impl Iterator<Item = (&'a Picture, String)>) -> Markup {
+    html! { ul.pictures { @for (picture, words) in pictures {
+        li {
+            img src={ "data:image/png;base64," (picture.png) } width=(picture.size.0) height=(picture.size.1) alt=(words);
+            span { (words) }
+        }
+    } } }
 }

@@ -115,9 +115,8 @@ impl Run {
         records: Vec<Record>,
     ) -> Run {
         let (preset, differing) = differing(settings);
-        let leaf = folder.file_name().map(|leaf| leaf.to_string_lossy().into_owned());
         Run {
-            name: leaf.unwrap_or_else(|| folder.display().to_string()),
+            name: name(folder),
             folder: folder.display().to_string(),
             data,
             data_table: BTreeMap::new(),
@@ -140,6 +139,13 @@ impl Run {
             commands: Vec::new(),
         }
     }
+}
+
+/// The name of a folder, of one without a name in its path (as `.`) the name that it has.
+pub(crate) fn name(folder: &Path) -> String {
+    let leaf = |path: &Path| path.file_name().map(|leaf| leaf.to_string_lossy().into_owned());
+    let real = || std::fs::canonicalize(folder).ok().as_deref().and_then(leaf);
+    leaf(folder).or_else(real).unwrap_or_else(|| folder.display().to_string())
 }
 
 impl Member {

@@ -6,6 +6,7 @@
 //! data ──> answers ──> Answers::of ─────┘      └──> JSON
 //! ```
 //!
+//! The page on a run begins with the detector: how good it is, what it sees and what it does; how it came about is below.
 //! [`html()`] is a pure function of the [`Report`], and a [`Run`] is cheap to make again from its folder, or from its
 //! records alone ([`Run::progress`]): so a run that still goes on can be shown by the same page, without what its data
 //! would have to be evaluated for.
@@ -37,9 +38,10 @@ mod tests;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-pub use answers::{Look, PictureRoom};
+pub use answers::{Look, PictureRoom, Views};
 pub use chart::PlotError;
 pub use folder::ReadError;
+pub(crate) use folder::name;
 pub use model::{
     Answers, Command, Comparison, Compiled, Difference, Group, Histogram, Measure, Member, Pair, Part,
     Picture, Program, ProgramText, Report, Rival, Rivals, Run, Score, Setting, Tally,
@@ -107,29 +109,32 @@ fn sections(sections: Vec<Section>) -> Markup {
 }
 
 fn single(report: &Report, run: &Run) -> Result<Markup, PlotError> {
+    // The detector first, then how it came about.
     let mut all: Vec<Section> = vec![("result", "Result", sections::result(run))];
-    if run.records.is_empty() {
-        all.push(("curves", "Over the generations", html! { p { "There is no complete generation yet." } }));
-    } else {
-        all.push(("curves", "Over the generations", curves::growth(run, "g-")?));
-        all.push(("diversity", "Diversity and cache", curves::life(run, "g-")?));
-        all.push(("time", "Time by phase", curves::time(run, "g-")?));
+    if let Some(answers) = run.answers.as_ref().filter(|answers| !answers.pictures.is_empty()) {
+        all.push(("pictures", "Pictures", errors::pictures(answers)));
     }
-    if !run.hall_of_fame.is_empty() {
-        all.push(("hall", "Hall of fame", sections::hall(run)?));
+    if let Some(program) = &run.program {
+        all.push(("program", "The best program", sections::program(program)));
+    }
+    if let Some(rivals) = &run.rivals {
+        all.push(("rivals", "Compared with the rivals", sections::rivals(rivals)));
     }
     if let Some(answers) = &run.answers {
         all.push(("errors", "Errors", errors::tables(answers, "e-", true)?));
         all.push(("transience", "How long errors last", errors::transience(answers)));
     }
-    if let Some(program) = &run.program {
-        all.push(("program", "The best program", sections::program(program)));
+    if run.records.is_empty() {
+        all.push(("curves", "Over the generations", html! { p { "There is no complete generation yet." } }));
+    } else {
+        all.push(("curves", "Over the generations", curves::growth(run, "g-")?));
     }
-    if let Some(answers) = run.answers.as_ref().filter(|answers| !answers.pictures.is_empty()) {
-        all.push(("pictures", "Pictures", errors::pictures(answers)));
+    if !run.hall_of_fame.is_empty() {
+        all.push(("hall", "Hall of fame", sections::hall(run)?));
     }
-    if let Some(rivals) = &run.rivals {
-        all.push(("rivals", "Beside the rivals", sections::rivals(rivals)));
+    if !run.records.is_empty() {
+        all.push(("diversity", "Diversity and cache", curves::life(run, "g-")?));
+        all.push(("time", "Time by phase", curves::time(run, "g-")?));
     }
     all.push(("settings", "Settings", sections::settings(run)));
     if !run.commands.is_empty() || report.command.is_some() {
@@ -140,7 +145,11 @@ fn single(report: &Report, run: &Run) -> Result<Markup, PlotError> {
         ));
     }
     Ok(html! {
-        header { h1 { (report.title) } (sections::facts(run)) (sections::notes(run)) }
+        header {
+            h1 { (report.title) }
+            p.soft { "A run of " (parts::command("vsonar evolve")) " on " (run.data) }
+            (sections::notes(run))
+        }
         (sections(all))
     })
 }

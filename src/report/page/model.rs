@@ -26,7 +26,7 @@ pub struct Report {
 /// A run.
 #[derive(Debug, Clone, Serialize)]
 pub struct Run {
-    /// What people call it: the name of its folder.
+    /// The name of its folder.
     pub name: String,
     /// Its folder.
     pub folder: String,
@@ -270,8 +270,18 @@ pub struct Answers {
     pub errors: Histogram,
     /// How long errors last; none without sequences.
     pub transience: Option<Transience>,
+    /// Images that stand for the part, with the answers drawn into them.
+    pub views: Vec<Picture>,
     /// Some images with the answers drawn into them, the worst first and then some of the best.
     pub pictures: Vec<Picture>,
+}
+
+impl Answers {
+    /// The view that is most like the whole part: whose share of correct answers is nearest to that of all.
+    pub fn typical(&self) -> Option<&Picture> {
+        let off = |picture: &Picture| (picture.tally.fitness() - self.all.fitness()).abs();
+        self.views.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
 }
 
 /// How distance is told.
@@ -309,6 +319,13 @@ pub struct Picture {
     /// The picture as a PNG file, in base 64.
     #[serde(skip)]
     pub png: String,
+}
+
+impl Picture {
+    /// The image and its answers, in words.
+    pub(super) fn words(&self) -> String {
+        format!("{}: {} of {} answers correct", self.name, self.tally.correct, self.tally.cases)
+    }
 }
 
 /// The table of the rivals.

@@ -3,6 +3,7 @@
 use maud::{Markup, PreEscaped, html};
 
 use super::chart::{Ink, Marker, Plot, PlotError, Shape};
+use crate::report::scale;
 use crate::statistics::Quartiles;
 
 /// Points of a line, at most: more than a screen has across.
@@ -41,7 +42,7 @@ impl Table {
         let class = |i: usize| self.words.contains(&i).then_some("text");
         html! {
             p.caption { (self.caption) }
-            div.scroll tabindex="0" role="group" aria-label=(self.caption) {
+            div.scroll tabindex="0" role="region" aria-label=(self.caption) {
                 table aria-label=(self.caption) {
                     thead { tr { @for (i, heading) in self.headings.iter().enumerate() {
                         th scope="col" class=[class(i)] { (heading) }
@@ -120,6 +121,20 @@ fn swatch(ink: Ink, shape: &Shape) -> Markup {
     }
 }
 
+/// A command, which breaks between its words alone: a flag that is broken at its hyphen is read as another.
+pub(super) fn command(text: &str) -> Markup {
+    html! { code.command { @for (i, word) in text.split(' ').enumerate() {
+        @if i > 0 { " " } span { (word) }
+    } } }
+}
+
+/// Words in which code stands between backticks.
+pub(super) fn prose(text: &str) -> Markup {
+    html! { @for (i, part) in text.split('`').enumerate() {
+        @if i % 2 == 1 { (command(part)) } @else { (part) }
+    } }
+}
+
 /// So many places of so many, evenly, the first and the last among them.
 pub(super) fn thinned(count: usize, most: usize) -> Vec<usize> {
     if count <= most || most < 2 {
@@ -135,7 +150,10 @@ pub(super) fn rows(count: usize) -> Vec<usize> {
 
 /// A share as a percentage.
 pub(super) fn percent(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
+    match share.abs() {
+        ..1e6 => format!("{:.1} %", 100.0 * share),
+        _ => number(share),
+    }
 }
 
 /// A share that may not be known.
@@ -153,28 +171,28 @@ pub(super) fn between((low, high): (f64, f64)) -> String {
     format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
 }
 
-/// A number with one decimal where it is small.
+/// A number with one decimal where it is small, and with an exponent where it is very large.
 pub(super) fn number(value: f64) -> String {
-    if value.fract() == 0.0 || value.abs() >= 100.0 { grouped(value) } else { format!("{value:.1}") }
+    if value.abs() < 100.0 && value.fract() != 0.0 { format!("{value:.1}") } else { grouped(value) }
 }
 
 /// A whole number with commas between its thousands.
 pub(super) fn grouped(value: f64) -> String {
-    let digits = format!("{:.0}", value.abs());
-    let mut out = if value <= -0.5 { "-".to_string() } else { String::new() };
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            out.push(',');
+    match value.abs() {
+        ..1e15 => {
+            let sign = if value <= -0.5 { "-" } else { "" };
+            format!("{sign}{}", scale::grouped(&format!("{:.0}", value.abs())))
         }
-        out.push(digit);
+        _ if value.is_finite() => format!("{value:.2e}"),
+        _ => none(),
     }
-    out
 }
 
 /// A time in words.
 pub(super) fn duration(seconds: f64) -> String {
     let whole = seconds.max(0.0).round() as u64;
     match whole {
+        _ if !(..1e12).contains(&seconds) => format!("{} s", number(seconds)),
         0..10 => format!("{seconds:.1} s"),
         10..60 => format!("{whole} s"),
         60..3600 => format!("{} min {} s", whole / 60, whole % 60),
@@ -200,7 +218,22 @@ mod tests {
     fn numbers_in_words() {
         assert_eq!([1234.0, 2.5, 2.0, 123.4, -2000.0].map(number), ["1,234", "2.5", "2", "123", "-2,000"]);
         assert_eq!([0.04, 59.0, 61.0, 7265.0].map(duration), ["0.0 s", "59 s", "1 min 1 s", "2 h 1 min"]);
+        let odd = [f64::MAX, -1e15, 1e300, f64::NAN, f64::INFINITY];
+        assert_eq!(odd.map(number), ["1.80e308", "-1.00e15", "1.00e300", "–", "–"]);
+        assert_eq!(odd.map(percent), ["1.80e308", "-1.00e15", "1.00e300", "–", "–"]);
+        assert_eq!(odd.map(duration)[2..], ["1.00e300 s", "– s", "– s"]);
         assert_eq!((thinned(3, 5), thinned(11, 3)), (vec![0, 1, 2], vec![0, 5, 10]));
+    }
+
+    #[test]
+    fn commands_are_words() {
+        let text = command("vsonar report 'a <b>' --no-rivals").into_string();
+        let words = ["vsonar", "report", "'a", "&lt;b&gt;'", "--no-rivals"]
+            .map(|word| format!("<span>{word}</span>"));
+        assert_eq!(text, format!("<code class=\"command\">{}</code>", words.join(" ")));
+        let text = prose("see `--data DIR`, <there>").into_string();
+        assert!(text.starts_with("see <code class=\"command\"><span>--data</span> <span>DIR"), "{text}");
+        assert!(text.ends_with("</code>, &lt;there&gt;"), "{text}");
     }
 
     #[test]

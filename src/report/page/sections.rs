@@ -1,4 +1,4 @@
-//! Sections of a page on one run: result, hall of fame, program, rivals, settings, commands.
+//! Sections of a page on one run: what there is to know first, hall of fame, program, rivals, settings, commands.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -6,7 +6,7 @@ use maud::{Markup, html};
 
 use super::chart::{Axis, Ink, Plot, PlotError, Series, Shape, Unit};
 use super::model::{Command, Member, Part, Program, Rivals, Run};
-use super::parts::{Figure, Table, between, count, duration, grouped, maybe, none, percent};
+use super::parts::{Figure, Table, between, command, count, duration, grouped, maybe, none, percent, prose};
 use crate::baseline::Rival;
 
 /// Bytes of the texts of the hall of fame, at most.
@@ -40,23 +40,67 @@ pub(super) fn facts(run: &Run) -> Markup {
 /// What went wrong with the run, and what the report lacks.
 pub(super) fn notes(run: &Run) -> Markup {
     html! {
-        @if let Some(warning) = &run.warning { p.note { strong { "Collapsed: " } (warning) } }
+        @if let Some(warning) = &run.warning { p.note { strong { "Collapsed: " } (prose(warning)) } }
         @if !run.is_complete() && !run.records.is_empty() && run.tested_on.is_none() {
             p.note { "The run is not complete: held-out images are left alone until it is." }
         }
-        @for missing in &run.missing { p.note { (missing) } }
+        @for missing in &run.missing { p.note { (prose(missing)) } }
     }
 }
 
-/// The best fitness on each part, large, and beside constants.
+/// What there is to know first: how good the winner is, what it sees, and what it does.
 pub(super) fn result(run: &Run) -> Markup {
+    let view = run.answers.as_ref().and_then(|answers| Some((answers, answers.typical()?)));
+    html! {
+        (cards(run))
+        div.first {
+            @if let Some((answers, view)) = view { figure {
+                img src={ "data:image/png;base64," (view.png) } width=(view.size.0) height=(view.size.1) alt=(view.words());
+                p.soft {
+                    (view.words()) ", " (percent(answers.all.fitness())) " of all on the part “" (answers.part.name())
+                    "”. White bars: taken for ground; black: for an obstacle. Cross: the ideal answer; square: the program’s. \
+                     Orange with a ring: wrong."
+                }
+            } }
+            @if let Some(program) = &run.program { (listing(program)) }
+        }
+        (scores(run))
+        (facts(run))
+    }
+}
+
+/// What the winner does, in as few lines as there are.
+fn listing(program: &Program) -> Markup {
+    let (heading, text) = match &program.explanation {
+        Some(explanation) => ("What it does", &explanation.listing),
+        None => ("The program", &program.text),
+    };
+    html! { div.listing { h3 { (heading) } pre tabindex="0" { code { (text) } } } }
+}
+
+/// The best fitness on each part, large.
+fn cards(run: &Run) -> Markup {
     if run.scores.is_empty() {
-        let best = run.records.last();
-        return html! { @if let Some(best) = best {
+        return html! { @if let Some(best) = run.records.last() {
             ul.cards { li.card {
                 b { (percent(best.best_fitness_so_far)) } span { "of the training cases, altered copies included" }
             } }
         } @else { p { "Nothing yet." } } };
+    }
+    html! { ul.cards { @for score in &run.scores {
+        li.card {
+            span { (score.part.name()) }
+            b { (percent(score.fitness)) }
+            span { @if let Some(interval) = score.interval { "95 %: " (between(interval)) } }
+            span { "best constants " (percent(score.constant_per_column)) }
+        }
+    } } }
+}
+
+/// The best fitness on each part beside constants.
+fn scores(run: &Run) -> Markup {
+    if run.scores.is_empty() {
+        return html! {};
     }
     let mut table = Table::new(
         "95 %: bootstrap interval over stretches of five images. Constants are those best on the training images.",
@@ -75,14 +119,6 @@ pub(super) fn result(run: &Run) -> Markup {
         ]);
     }
     html! {
-        ul.cards { @for score in &run.scores {
-            li.card {
-                span { (score.part.name()) }
-                b { (percent(score.fitness)) }
-                span { @if let Some(interval) = score.interval { "95 %: " (between(interval)) } }
-                span { "best constants " (percent(score.constant_per_column)) }
-            }
-        } }
         (verdict(run))
         (table.html())
         p.soft {
@@ -254,8 +290,6 @@ pub(super) fn program(program: &Program) -> Markup {
             }
         }
         @if let Some(text) = &program.explanation {
-            h3 { "Simplified" }
-            pre tabindex="0" { code { (text.listing) } }
             p { (text.checked) }
             ul { @for line in &text.lines { li { (line) } } }
             @if let [heading, rows @ ..] = &text.contributions[..] && !rows.is_empty() {
@@ -269,11 +303,13 @@ pub(super) fn program(program: &Program) -> Markup {
                     div.scroll tabindex="0" { img.plain alt="The trees, as they are written below" src=(svg_uri(&text.trees)); }
                 }
             } @else {
-                p { "The trees are too large for a picture here; " code { "vsonar explain --svg" } " draws them." }
+                p { "The trees are too large for a picture here; " (command("vsonar explain --svg")) " draws them." }
             }
         }
-        h3 { "As it evolved" }
-        pre tabindex="0" { code { (program.text) } }
+        @if program.explanation.is_some() {
+            h3 { "As it evolved" }
+            pre tabindex="0" { code { (program.text) } }
+        }
         @if let Some(compiled) = &program.compiled {
             details { summary { "As it is run: the optimised program" } pre tabindex="0" { code { (compiled.text) } } }
         }
@@ -350,9 +386,9 @@ pub(super) fn settings(run: &Run) -> Markup {
 /// Commands to copy: a click marks the whole of one.
 pub(super) fn commands(commands: &[Command], report: Option<&str>) -> Markup {
     html! {
-        @if let Some(report) = report { p { "This report: " code { (report) } } }
-        ol.commands { @for command in commands {
-            li { (command.what) pre tabindex="0" { code { (command.command) } } }
+        @if let Some(report) = report { p { "This report: " (command(report)) } }
+        ol.commands { @for Command { what, command: text } in commands {
+            li { (what) pre tabindex="0" { (command(text)) } }
         } }
     }
 }
