@@ -63,4 +63,20 @@ pub mod watch;
 pub mod web;
 pub mod world;
 
+/// The crate `image`, in the version whose types stand in signatures here.
+///
+/// ```
+/// use vsonar::detector::{CompiledDetector, Detector};
+/// use vsonar::image::{GrayImage, Luma};
+///
+/// let program = "(individual (iterate-up 3x3 x-obstacle (if-le gradient 50 read-a (prog2 (set-a y) break))))";
+/// let detector = CompiledDetector::compile_individual(&program.parse()?, 64, 48)?;
+/// // A bright wall ends at row 19; the floor below is dark.
+/// let image = GrayImage::from_fn(64, 48, |_, y| Luma([if y < 20 { 200 } else { 40 }]));
+/// let mut rows = [0.0; 2];
+/// detector.detect(&image, &[20, 40], &mut rows)?;
+/// assert_eq!(rows, [21.0; 2]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub use ::image;
 pub use vsonar_ir as ir;

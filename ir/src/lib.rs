@@ -72,3 +72,8 @@ pub use builder::Builder;
 pub use op::{Leaf, Op, Ty};
 pub use program::{Block, Direction, Inst, Loop, Program, Reg, Region, Span};
 pub use window::{Moment, Operand, Operator, Rect, WindowAt, Windows};
+
+/// The README, whose example is run with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -94,42 +94,26 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         return Err(CliError::Failed(text));
     }
     let stop = interrupt::stop_flag()?;
-    let running = Running::start(command(&args), &stop)?;
     folder.make()?;
     let bar = bar(args.json);
-    let taken = take(&args, &running, &folder, &bar, &stop);
+    let mut taken = Err(Failure::Unknown);
+    for option in PASSTHROUGH {
+        taken = attempt(&args, option, &folder, &bar, &stop);
+        if !matches!(taken, Err(Failure::Unknown)) {
+            break;
+        }
+    }
     bar.finish_and_clear();
     if stop.load(Ordering::Relaxed) {
         return Err(CliError::Interrupted("interrupted; nothing was written".to_string()));
     }
-    let origin = args.file.display();
-    let half_way =
-        |said| CliError::Failed(format!("{origin}: ffmpeg stopped half-way: {said}; nothing was written"));
-    let (frames, (width, height)) = match taken {
-        Ok(taken) => {
-            running.finish()?.map_err(half_way)?;
-            taken
-        }
-        // What ffmpeg says is nearer to the cause than that there is nothing to read.
-        Err(Taken::Nothing(error)) => match running.finish()? {
-            Err(said) => {
-                let text = format!("{origin}: ffmpeg cannot read it: {said}; is it a video, and whole?");
-                return Err(CliError::Failed(text));
-            }
-            Ok(()) if args.start.is_some() => {
-                let text = format!(
-                    "{origin}: there is no frame at that time or after it; choose an earlier `--start`"
-                );
-                return Err(CliError::Failed(text));
-            }
-            Ok(()) => return Err(error),
-        },
-        Err(Taken::CutOff(error)) => {
-            let ended = running.finish()?;
-            return Err(ended.map_or_else(half_way, |()| error));
-        }
-        Err(Taken::Failed(error)) => return Err(error),
-    };
+    let (frames, (width, height)) = taken.map_err(|failure| match failure {
+        Failure::Of(error) => error,
+        Failure::Unknown => CliError::Failed(
+            "ffmpeg has no option that keeps frames as they are (neither `-fps_mode` nor `-vsync`); install a version from 4 on"
+                .to_string(),
+        ),
+    })?;
     folder.finish()?;
     if args.json {
         return output::print_json(&Summary { folder: args.out, frames, width, height });
@@ -142,8 +126,62 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     ))
 }
 
-/// ffmpeg with the frames that are wanted on a pipe, as Y4M.
-fn command(args: &Args) -> std::process::Command {
+/// What makes ffmpeg neither repeat nor drop frames for the sake of an even rate: since version 5.1, and before.
+const PASSTHROUGH: [&str; 2] = ["-fps_mode", "-vsync"];
+
+/// Why there are no frames.
+enum Failure {
+    /// This ffmpeg does not know the option.
+    Unknown,
+    Of(CliError),
+}
+
+impl From<CliError> for Failure {
+    fn from(error: CliError) -> Failure {
+        Failure::Of(error)
+    }
+}
+
+/// Lets ffmpeg take the frames; how many, and their size.
+fn attempt(
+    args: &Args,
+    option: &str,
+    folder: &NewFolder,
+    bar: &ProgressBar,
+    stop: &Arc<AtomicBool>,
+) -> Result<(u64, (u32, u32)), Failure> {
+    let running = Running::start(command(args, option), stop)?;
+    let taken = take(args, &running, folder, bar, stop);
+    let origin = args.file.display();
+    let failed = |text: String| Failure::Of(CliError::Failed(format!("{origin}: {text}")));
+    if let Err(Taken::Failed(error)) = taken {
+        return Err(error.into());
+    }
+    match (taken, running.finish()?) {
+        (Ok((frames, _)), Ok(counts)) if counts.contradict(frames) => Err(failed(format!(
+            "{} came, but ffmpeg counts {counts}; nothing was written; try another version of ffmpeg",
+            count(frames, "frame")
+        ))),
+        (Ok(taken), Ok(_)) => Ok(taken),
+        // What ffmpeg says is nearer to the cause than that there is nothing to read.
+        (Err(Taken::Nothing(_)), Err(said)) if said.contains(&option[1..]) => Err(Failure::Unknown),
+        (Err(Taken::Nothing(_)), Err(said)) => {
+            Err(failed(format!("ffmpeg cannot read it: {said}; is it a video, and whole?")))
+        }
+        (Err(Taken::Nothing(_)), Ok(_)) if args.start.is_some() => {
+            Err(failed("there is no frame at that time or after it; choose an earlier `--start`".to_string()))
+        }
+        (Err(Taken::Failed(error)), _) | (Err(Taken::Nothing(error) | Taken::CutOff(error)), Ok(_)) => {
+            Err(error.into())
+        }
+        (Ok(_) | Err(Taken::CutOff(_)), Err(said)) => {
+            Err(failed(format!("ffmpeg stopped half-way: {said}; nothing was written")))
+        }
+    }
+}
+
+/// ffmpeg with the frames that are wanted on a pipe, as Y4M, and its counts beside what it says.
+fn command(args: &Args, passthrough: &str) -> std::process::Command {
     let mut command = ffmpeg::command();
     // A list of files is not to lead to another machine.
     command.args(["-protocol_whitelist", "file,crypto,data"]);
@@ -161,12 +199,15 @@ fn command(args: &Args) -> std::process::Command {
         (None, Every::Seconds(seconds)) => first_of(seconds.to_string()),
         (None, Every::Frames(frames)) => format!("not(mod(n,{frames}))"),
     };
-    // Numbered anew at a constant rate, so that none is repeated or dropped to keep the video's own.
-    command.arg("-vf").arg(format!("select='{wanted}',settb=1/25,setpts=N")).args(["-r", "25"]);
+    // Numbered anew, for in some files times go back or stand still.
+    command
+        .arg("-vf")
+        .arg(format!("select='{wanted}',settb=1/25,setpts=N"))
+        .args([passthrough, "passthrough"]);
     if let Some(frames) = args.frames {
         command.arg("-frames:v").arg(frames.to_string());
     }
-    command.args(["-pix_fmt", "gray", "-f", "yuv4mpegpipe", "pipe:1"]);
+    command.args(["-pix_fmt", "gray", "-f", "yuv4mpegpipe", "pipe:1"]).args(ffmpeg::COUNTS);
     command.stdin(Stdio::null()).stdout(Stdio::piped());
     command
 }

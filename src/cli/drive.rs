@@ -225,17 +225,9 @@ fn program(path: &Path, office: &Office) -> Result<Sensor, CliError> {
     let size = office.size();
     let program = with_stack(|| -> Result<_, CliError> {
         let loaded = Loaded::load(path)?;
-        if let Some((width, height)) = loaded.size().filter(|&own| own != size) {
-            let text = format!(
-                "{} is for images of {width}x{height} pixels, but the robot's camera has {}x{}; use the .gp, or \
-                 `vsonar ir --size {}x{}`",
-                path.display(),
-                size.0,
-                size.1,
-                size.0,
-                size.1
-            );
-            return Err(CliError::Failed(text));
+        loaded.check_images(path, size)?;
+        if let Err(other) = loaded.provenance().check_size(size) {
+            eprintln!("note: {} {other}, as the robot's camera gives them", output::printable(path));
         }
         Ok(opt::optimise(&loaded.lowered(size)))
     })??;

@@ -50,7 +50,8 @@ pub(crate) struct Args {
     /// Only the images whose names match this pattern, e.g. 'run_C*'
     #[arg(long = "match", value_name = "GLOB", requires = "data")]
     pattern: Option<String>,
-    /// Size of the images it is explained for, without data [default: 320x240]
+    /// Size of the images it is explained for, without data [default: that of the images it was evolved on,
+    /// else 320x240]
     #[arg(long, value_name = "WxH", value_parser = size, conflicts_with_all = ["data", "world"])]
     size: Option<(u32, u32)>,
     /// An answer is correct within this many rows of the label [default: as many as the run's settings say, else 10]
@@ -97,7 +98,7 @@ struct Json<'a> {
 }
 
 /// Explains the program.
-pub(crate) fn run(args: Args) -> Result<(), CliError> {
+pub(crate) fn run(mut args: Args) -> Result<(), CliError> {
     if args.full && args.trace.is_none() && args.out.is_none() {
         let text = "--full: there is no trace to be shown in full; ask for one with `--trace`, or for all with `--out`";
         return Err(CliError::Usage(text.to_string()));
@@ -106,6 +107,9 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let (individual, comment) = load(&path)?;
     check_targets(&args, &path)?;
     let data = data(&args)?;
+    if data.is_none() {
+        args.size = args.size.or_else(|| program::evolved_on(&comment));
+    }
     match &data {
         Some((set, _)) => args.memory.check([set])?,
         None => args.memory.check_needs([Need::image(args.size.unwrap_or(SIZE))])?,

@@ -8,11 +8,11 @@ use clap::ValueEnum;
 use serde::Serialize;
 use vsonar::camera::Camera;
 use vsonar::export::native::{Object, Target};
-use vsonar::export::{self, MEDIAN, Provenance, Request, Symbol};
-use vsonar::ir::{Program, opt, text};
+use vsonar::export::{self, MEDIAN, Request, Symbol};
+use vsonar::ir::{opt, text};
 
 use super::executor::with_stack;
-use super::program::{self, Loaded, SIZE, size};
+use super::program::{self, Loaded, size};
 use super::{CliError, interrupt, output};
 
 const EXAMPLES: &str = "\
@@ -200,34 +200,14 @@ fn request(args: &Args) -> Result<Request, CliError> {
     let symbol = symbol(args)?;
     let file = program::file(&args.program)?;
     let loaded = Loaded::load(&file)?;
-    loaded.check_size(&file, args.size)?;
-    let provenance = match &loaded {
-        Loaded::Individual(_, text) => Provenance::of_text(text),
-        Loaded::Program(program) => Provenance { program: text::print(program), ..Provenance::default() },
-    };
-    let size = args.size.or(loaded.size()).or(provenance.size).unwrap_or(SIZE);
-    if let Some(evolved) = provenance.size
-        && evolved != size
-    {
-        return Err(CliError::Usage(format!(
-            "--size: {} was evolved on images of {}x{} pixels, and knows their rows by number; give it such images, or, \
-             if it is to look at others all the same, remove that comment from the file",
-            args.program.display(),
-            evolved.0,
-            evolved.1
-        )));
-    }
-    if !Program::fits(size.0, size.1) {
-        return Err(CliError::Failed(format!(
-            "{}: its comment says that it was evolved on images of {}x{} pixels, but each side must have {} to {}; correct \
-             or remove the comment",
-            args.program.display(),
-            size.0,
-            size.1,
-            Program::MIN_SIDE,
-            Program::MAX_SIDE
-        )));
-    }
+    let (size, provenance) = (loaded.size_for(&file, args.size)?, loaded.provenance());
+    provenance.check_size(size).map_err(|other| {
+        CliError::Usage(format!(
+            "--size: {} {other}; give it such images, or, if it is to look at others all the same, remove that comment \
+             from the file",
+            file.display()
+        ))
+    })?;
     let camera = args.camera.as_deref().map(Camera::load).transpose()?;
     if let (Some(camera), Some(path)) = (&camera, &args.camera) {
         camera

@@ -1,7 +1,7 @@
 //! The installed ffmpeg: reads every kind of video, and writes them.
 
 use std::ffi::{OsStr, OsString};
-use std::io::{self, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,8 +14,9 @@ use super::CliError;
 /// Names another ffmpeg than the one that is found on the search path.
 const VARIABLE: &str = "VSONAR_FFMPEG";
 
-/// How much of what ffmpeg says is kept, and how many lines of it are shown.
+/// How much of what ffmpeg says is kept, in bytes, how much of it is a line at most, and how many lines are shown.
 const KEPT: usize = 1 << 16;
+const LONGEST_LINE: u64 = 1 << 12;
 const LINES: usize = 3;
 
 /// Between two looks at Ctrl-C, and at whether it has ended.
@@ -39,12 +40,52 @@ pub(crate) fn file(path: &Path) -> OsString {
     name
 }
 
+/// Arguments that make it count, on standard error, what it writes.
+pub(crate) const COUNTS: [&str; 2] = ["-progress", "pipe:2"];
+
+/// The frames that it wrote, by its own last count; none where it did not count.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Counts {
+    frames: Option<u64>,
+    repeated: u64,
+    dropped: u64,
+}
+
+impl Counts {
+    /// Takes a line of what [`COUNTS`] makes it say; whether it is one.
+    fn read(&mut self, line: &str) -> bool {
+        let Some((key, value)) = line.trim_end().split_once('=') else { return false };
+        let number = || value.trim().parse().ok();
+        match key {
+            "frame" => self.frames = number(),
+            "dup_frames" => self.repeated = number().unwrap_or_default(),
+            "drop_frames" => self.dropped = number().unwrap_or_default(),
+            "fps" | "bitrate" | "total_size" | "out_time" | "out_time_us" | "out_time_ms" | "speed"
+            | "progress" => {}
+            key => return key.starts_with("stream_") && key.ends_with("_q"),
+        }
+        true
+    }
+
+    /// Whether other frames came than the video has, one by one.
+    pub(crate) fn contradict(self, came: u64) -> bool {
+        self.frames.is_some_and(|frames| frames != came) || self.repeated > 0 || self.dropped > 0
+    }
+}
+
+impl std::fmt::Display for Counts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Counts { frames, repeated, dropped } = self;
+        write!(f, "{} with {repeated} repeated, and {dropped} dropped", frames.unwrap_or_default())
+    }
+}
+
 /// ffmpeg while it works. It ends when this is dropped, or at Ctrl-C.
 pub(crate) struct Running {
     child: Arc<Mutex<Child>>,
     over: Arc<AtomicBool>,
     watcher: Option<JoinHandle<()>>,
-    said: Option<JoinHandle<String>>,
+    said: Option<JoinHandle<(String, Counts)>>,
 }
 
 impl Running {
@@ -81,11 +122,11 @@ impl Running {
         lock(&self.child).stdin.take()
     }
 
-    /// Waits for its end; the last things that it said, if it failed.
-    pub(crate) fn finish(mut self) -> Result<Result<(), String>, CliError> {
+    /// Waits for its end; what it counted, or the last things that it said, if it failed.
+    pub(crate) fn finish(mut self) -> Result<Result<Counts, String>, CliError> {
         let status = self.wait()?;
-        let said = self.said.take().and_then(|said| said.join().ok()).unwrap_or_default();
-        Ok(if status.success() { Ok(()) } else { Err(shortened(&said, status)) })
+        let (said, counts) = self.said.take().and_then(|said| said.join().ok()).unwrap_or_default();
+        Ok(if status.success() { Ok(counts) } else { Err(shortened(&said, status)) })
     }
 
     fn wait(&self) -> io::Result<ExitStatus> {
@@ -116,12 +157,18 @@ fn lock(child: &Mutex<Child>) -> MutexGuard<'_, Child> {
     child.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// All that is said, but for what is too long, which is read and forgotten so that nobody waits.
-fn listen(mut errors: impl Read) -> String {
-    let mut kept = Vec::new();
-    let _ = errors.by_ref().take(KEPT as u64).read_to_end(&mut kept);
-    let _ = io::copy(&mut errors, &mut io::sink());
-    String::from_utf8_lossy(&kept).into_owned()
+/// All that is said, but for counts and what is too long, which is read and forgotten so that nobody waits.
+fn listen(errors: impl Read) -> (String, Counts) {
+    let (mut said, mut counts) = (Vec::new(), Counts::default());
+    let mut errors = BufReader::new(errors);
+    let mut line = Vec::new();
+    while matches!(errors.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line), Ok(1..)) {
+        if !counts.read(&String::from_utf8_lossy(&line)) && said.len() < KEPT {
+            said.extend_from_slice(&line);
+        }
+        line.clear();
+    }
+    (String::from_utf8_lossy(&said).into_owned(), counts)
 }
 
 /// The last few lines, without the addresses in memory that ffmpeg puts before some.
@@ -168,5 +215,27 @@ mod tests {
     fn names_are_files() {
         assert_eq!(file(Path::new("-y.mp4")), "file:-y.mp4");
         assert_eq!(file(Path::new("http:/a%d.mp4")), "file:http:/a%d.mp4");
+    }
+
+    #[test]
+    fn counts_are_told_from_what_it_says() {
+        let block = |frames: u32, repeated: u32, end: &str| {
+            format!(
+                "frame={frames}\nfps=0.00\nstream_0_0_q=-0.0\nbitrate= 12.5kbits/s\ntotal_size=1\nout_time_us=1\n\
+                 out_time_ms=1\nout_time=00:00:00.000001\ndup_frames={repeated}\ndrop_frames=0\nspeed=1x\nprogress={end}\n"
+            )
+        };
+        let text = format!("one\n{}two=2\n{}three", block(7, 0, "continue"), block(20, 2, "end"));
+        let (said, counts) = listen(text.as_bytes());
+        assert_eq!(said, "one\ntwo=2\nthree");
+        assert_eq!(counts, Counts { frames: Some(20), repeated: 2, dropped: 0 });
+        assert!(counts.contradict(20) && counts.contradict(18));
+        let sound = Counts { repeated: 0, ..counts };
+        assert!(!sound.contradict(20) && sound.contradict(19));
+        assert!(!Counts::default().contradict(20), "one that does not count");
+        // However much it says, its last count is heard.
+        let long = format!("{}\n{}", "x".repeat(KEPT), "a line\n".repeat(KEPT)) + &block(3, 0, "end");
+        let (said, counts) = listen(long.as_bytes());
+        assert!(said.len() < KEPT + LONGEST_LINE as usize && counts.frames == Some(3));
     }
 }

@@ -7,7 +7,7 @@ use vsonar::exec::cranelift::{self, Shape};
 use vsonar::ir::{opt, text};
 
 use super::executor::with_stack;
-use super::program::{Loaded, SIZE, file, size};
+use super::program::{Loaded, file, size};
 use super::{CliError, output};
 
 const EXAMPLES: &str = "\
@@ -28,7 +28,8 @@ pub(crate) struct Args {
     /// How far to compile
     #[arg(long, value_name = "STAGE", value_enum, default_value_t = Stage::Optimised)]
     stage: Stage,
-    /// Size of the images it is compiled for; a .vir file states its own [default: 320x240]
+    /// Size of the images it is compiled for; a .vir file states its own [default: that of the images it was evolved on,
+    /// else 320x240]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
     /// Which form of native code, for clif and asm
@@ -65,8 +66,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 fn listing(args: &Args) -> Result<String, CliError> {
     let file = file(&args.program)?;
     let loaded = Loaded::load(&file)?;
-    loaded.check_size(&file, args.size)?;
-    let size = loaded.size().or(args.size).unwrap_or(SIZE);
+    let size = loaded.size_for(&file, args.size)?;
     let lowered = loaded.lowered(size);
     if args.stage == Stage::Lowered {
         return Ok(text::print(&lowered));

@@ -14,7 +14,7 @@ use vsonar::web::Server;
 
 use super::executor::with_stack;
 use super::output::{self, count, printable, shell_word};
-use super::program::Loaded;
+use super::program::{self, Loaded};
 use super::{CliError, interrupt, notices, run_columns, serve};
 
 const EXAMPLES: &str = "\
@@ -110,18 +110,11 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 
 /// The program of a file, or the best one of a run, for images of this size.
 fn detector(path: &Path, size: (u32, u32)) -> Result<CompiledDetector, CliError> {
-    let path = &if path.is_dir() { path.join("best.gp") } else { path.to_path_buf() };
+    let path = &program::file(path)?;
     let compiled = with_stack(|| {
         let loaded = Loaded::load(path)?;
-        if let Some((width, height)) = loaded.size().filter(|own| *own != size) {
-            return Err(CliError::Failed(format!(
-                "{}: is for images of {width}x{height} pixels, but those of the folder have {}x{}; give the .gp file \
-                 that it was made of",
-                path.display(),
-                size.0,
-                size.1
-            )));
-        }
+        loaded.check_images(path, size)?;
+        loaded.note_size(path, size);
         Ok(CompiledDetector::compile(&opt::optimise(&loaded.lowered(size)))?)
     });
     compiled?

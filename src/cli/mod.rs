@@ -28,6 +28,7 @@ mod eval_cases;
 mod evolve;
 mod evolve_runs;
 mod evolve_watch;
+mod exclusive;
 mod executor;
 mod explain;
 mod export;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use vsonar::support::durable;
 use vsonar::support::temporary::{self, Access, TemporaryFile};
 
-use super::CliError;
+use super::{CliError, exclusive};
 
 /// Writes text to standard output.
 pub(crate) fn print(text: &str) -> Result<(), CliError> {
@@ -94,39 +94,32 @@ fn written(path: &Path, bytes: &[u8]) -> io::Result<TemporaryFile> {
 }
 
 /// Puts files into a folder, all of them or none: each is written under a temporary name, and only when all are there
-/// do they take their places. The folder is made if need be. Without `force` none of them may be there already.
+/// do they take their places; if one cannot, what stood there comes back. The folder is made if need be, and one
+/// process at a time fills it. Without `force` none of them may be there already.
 pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> Result<(), CliError> {
     if folder.exists() && !folder.is_dir() {
         let text = format!("{}: is no folder; choose another `--out`", folder.display());
         return Err(CliError::Failed(text));
     }
-    for (name, _) in files {
-        let path = folder.join(name);
-        if path.is_dir() {
-            let text = format!("{}: is a folder; remove it, or choose another `--out`", path.display());
-            return Err(CliError::Failed(text));
-        }
-        if path.symlink_metadata().is_ok() && !force {
-            let text = format!(
-                "{}: exists already; `--force` replaces it, or choose another `--out`",
-                path.display()
-            );
-            return Err(CliError::Failed(text));
-        }
-    }
     let made: Vec<&Path> =
         folder.ancestors().take_while(|f| !f.as_os_str().is_empty() && !f.exists()).collect();
-    let write = || -> Result<(), CliError> {
-        fs::create_dir_all(folder).map_err(|e| CliError::file(folder, "make the folder", &e))?;
+    let mut lock = None;
+    let mut write = || -> Result<(), CliError> {
+        lock = exclusive::hold(folder)?;
         temporary::clear_in(folder, |stem| files.iter().any(|(name, _)| name == stem));
+        let old = files.iter().map(|(name, _)| exclusive::replaceable(&folder.join(name), force));
+        let old = old.collect::<Result<Vec<_>, _>>()?;
         let mut all = Vec::new();
         for (name, bytes) in files {
             let path = folder.join(name);
             let new = written(&path, bytes).map_err(|e| CliError::file(&path, "write the file", &e))?;
             all.push((path, new));
         }
-        for (path, new) in all {
-            new.replace(&path).map_err(|e| CliError::file(&path, "write the file", &e))?;
+        for (i, (path, new)) in all.into_iter().enumerate() {
+            new.replace(&path).map_err(|e| {
+                exclusive::restore(folder, files[..i].iter().zip(&old).map(|((name, _), old)| (name, old)));
+                CliError::file(&path, "write the file", &e)
+            })?;
         }
         Ok(())
     };
@@ -137,6 +130,7 @@ pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: boo
             let _ = fs::remove_dir(folder);
         }
     }
+    drop(lock);
     done
 }
 

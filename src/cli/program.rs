@@ -44,6 +44,52 @@ impl Loaded {
         }
     }
 
+    /// Where it comes from, as far as its file says.
+    pub(crate) fn provenance(&self) -> Provenance {
+        match self {
+            Loaded::Individual(_, text) => Provenance::of_text(text),
+            Loaded::Program(program) => Provenance { program: text::print(program), ..Provenance::default() },
+        }
+    }
+
+    /// The size of images that it is taken for: the one asked for, else the one that it states or was evolved on, else
+    /// that of the method. `path` is its file.
+    pub(crate) fn size_for(&self, path: &Path, asked: Option<(u32, u32)>) -> Result<(u32, u32), CliError> {
+        self.check_size(path, asked)?;
+        let (width, height) = asked.or(self.size()).or_else(|| self.provenance().size).unwrap_or(SIZE);
+        if Program::fits(width, height) {
+            return Ok((width, height));
+        }
+        Err(CliError::Failed(format!(
+            "{}: its comment says that it was evolved on images of {width}x{height} pixels, but each side must have {} to \
+             {}; correct or remove the comment",
+            path.display(),
+            Program::MIN_SIDE,
+            Program::MAX_SIDE
+        )))
+    }
+
+    /// Refuses images of another size than it states.
+    pub(crate) fn check_images(&self, path: &Path, (width, height): (u32, u32)) -> Result<(), CliError> {
+        match self.size() {
+            Some(own) if own != (width, height) => Err(CliError::Failed(format!(
+                "{}: is for images of {}x{} pixels, but these have {width}x{height}; scale them, or give the .gp file that \
+                 it was made of",
+                path.display(),
+                own.0,
+                own.1
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Warns of images of another size than it was evolved on.
+    pub(crate) fn note_size(&self, path: &Path, size: (u32, u32)) {
+        if let Loaded::Individual(_, text) = self {
+            note_size(path, text, size);
+        }
+    }
+
     /// The program before the optimiser, for images of the size given, which must be the one it states.
     pub(crate) fn lowered(self, (width, height): (u32, u32)) -> Program {
         match self {
@@ -78,13 +124,19 @@ pub(crate) fn file(path: &Path) -> Result<PathBuf, CliError> {
 }
 
 /// Warns if the comment of a program says that it was evolved on images of another size than these.
-pub(crate) fn note_size(path: &Path, text: &str, (width, height): (u32, u32)) {
-    if let Some((w, h)) = Provenance::of_text(text).size.filter(|size| *size != (width, height)) {
-        let path = super::output::printable(path);
+pub(crate) fn note_size(path: &Path, text: &str, size: (u32, u32)) {
+    if let Err(other) = Provenance::of_text(text).check_size(size) {
+        let (width, height) = other.evolved;
         eprintln!(
-            "note: {path} was evolved on images of {w}x{h} pixels and knows their rows by number; these have {width}x{height}"
+            "note: {} {other}; scale them to {width}x{height}, as ffmpeg does by `-vf scale={width}:{height}`",
+            super::output::printable(path)
         );
     }
+}
+
+/// The size of the images that a program was evolved on, as its comment says, if there can be programs for it.
+pub(crate) fn evolved_on(text: &str) -> Option<(u32, u32)> {
+    Provenance::of_text(text).size.filter(|&(width, height)| Program::fits(width, height))
 }
 
 /// The size of images unless one is given: that of the method.

@@ -131,6 +131,9 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let input = input?;
     input.check_size(size)?;
     let size = (input.source.width(), input.source.height());
+    if !args.quiet {
+        loaded.note_size(&file, size);
+    }
     let detector = with_stack(|| CompiledDetector::compile(&opt::optimise(&loaded.lowered(size))))??;
     let columns = args.columns.of(size.0)?;
     if let (Some(camera), Some(path)) = (&camera, &args.camera) {

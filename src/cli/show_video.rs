@@ -79,7 +79,8 @@ impl Video {
             Kind::Encoded { movable } => {
                 let running = Running::start(command(&part, movable), stop)?;
                 let pipe = running.input().ok_or_else(|| failed(io::ErrorKind::BrokenPipe.into()))?;
-                let written = stream(pipe, frames, rate, stop).map(drop);
+                let mut sent = 0;
+                let written = stream(pipe, frames.inspect(|_| sent += 1), rate, stop).map(drop);
                 // What ffmpeg says tells more than that it no longer reads.
                 match (written, running.finish()?) {
                     (written, _) if stop.load(Ordering::Relaxed) => {
@@ -90,7 +91,14 @@ impl Video {
                         let text = format!("{}: ffmpeg cannot write it: {said}", self.path.display());
                         return Err(CliError::Failed(text));
                     }
-                    (written, Ok(())) => written.map_err(failed)?,
+                    (Ok(()), Ok(counts)) if counts.contradict(sent) => {
+                        let text = format!(
+                            "{}: {sent} frames were to be written, but ffmpeg counts {counts}; try another version of ffmpeg",
+                            self.path.display()
+                        );
+                        return Err(CliError::Failed(text));
+                    }
+                    (written, Ok(_)) => written.map_err(failed)?,
                 }
             }
         }
@@ -118,7 +126,7 @@ fn command(file: &Path, movable: bool) -> std::process::Command {
     if movable {
         command.args(["-movflags", "+faststart"]);
     }
-    command.arg("-n").arg(ffmpeg::file(file));
+    command.args(ffmpeg::COUNTS).arg("-n").arg(ffmpeg::file(file));
     command.stdin(Stdio::piped()).stdout(Stdio::null());
     command
 }

@@ -13,6 +13,8 @@
         n = len(columns)
         if state is None:
             state = State(self, n)
+        if not isinstance(state, State):
+            raise TypeError("a state is what state(n) of this module's detector gives, not %s" % type(state).__name__)
         if state.n != n:
             raise ValueError("the state is of %d columns, not %d" % (state.n, n))
         address, row, pixel, alive = _frame(image)
@@ -42,12 +44,22 @@ class State:
     """What is remembered of some columns from frame to frame. One frame at a time may use it."""
 
     def __init__(self, detector, n):
-        self.n = operator.index(n)
-        if self.n < 0:
-            raise ValueError("a state is of 0 columns or more, not %d" % self.n)
+        self._n = operator.index(n)
+        if self._n < 0:
+            raise ValueError("a state is of 0 columns or more, not %d" % self._n)
         self._detector = detector
-        self.floats = (ctypes.c_float * (2 * self.n if MEDIAN > 1 else 1))()
+        self._floats = (ctypes.c_float * (2 * self._n if MEDIAN > 1 else 1))()
         self.reset()
+
+    @property
+    def n(self):
+        """The number of columns."""
+        return self._n
+
+    @property
+    def floats(self):
+        """What the library keeps in it."""
+        return self._floats
 
     def reset(self):
         """Forgets the frames seen: to be called when the robot has been moved."""

@@ -15,10 +15,11 @@ pub mod header;
 pub mod native;
 mod provenance;
 pub mod python;
+mod reserved;
 pub mod shared;
 mod symbol;
 
-pub use provenance::Provenance;
+pub use provenance::{OtherSize, Provenance};
 pub use symbol::{Symbol, SymbolError};
 
 use vsonar_ir::Program;

@@ -17,7 +17,32 @@ pub struct Provenance {
     pub size: Option<(u32, u32)>,
 }
 
+/// A program that meets images of another size than those it was evolved on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "was evolved on images of {}x{} pixels and knows their rows by number; these have {}x{}",
+    evolved.0, evolved.1, met.0, met.1
+)]
+pub struct OtherSize {
+    /// Width and height of the images it was evolved on, in pixels.
+    pub evolved: (u32, u32),
+    /// Width and height of those it meets.
+    pub met: (u32, u32),
+}
+
 impl Provenance {
+    /// Checks that images of this width and height are as large as those the program was evolved on. Where that is not
+    /// known, any size will do.
+    ///
+    /// # Errors
+    /// If they are of another size.
+    pub fn check_size(&self, met: (u32, u32)) -> Result<(), OtherSize> {
+        match self.size {
+            Some(evolved) if evolved != met => Err(OtherSize { evolved, met }),
+            _ => Ok(()),
+        }
+    }
+
     /// The comment that [`Provenance::of_text`] reads.
     ///
     /// ```
@@ -76,6 +101,24 @@ impl Provenance {
             self.seed = seed.parse().ok();
             self.size = size.split_once('x').and_then(|(w, h)| w.parse().ok().zip(h.parse().ok()));
             self.data = Some(data.to_string());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_of_another_size_are_told_from_those_it_was_evolved_on() {
+        let of = |text: &str| Provenance::of_text(text).check_size((320, 240));
+        let comment = |width, height| Provenance::comment("photos", 1, width, height);
+        assert_eq!(of(&comment(320, 240)), Ok(()));
+        assert_eq!(of("(individual ...)"), Ok(()), "what is not known cannot differ");
+        for evolved in [(240, 320), (320, 241), (64, 48)] {
+            let other = OtherSize { evolved, met: (320, 240) };
+            assert_eq!(of(&comment(evolved.0, evolved.1)), Err(other));
+            assert!(other.to_string().ends_with("; these have 320x240"), "{other}");
         }
     }
 }

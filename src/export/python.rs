@@ -7,13 +7,15 @@ use super::{ABI, Request, header};
 const TEMPLATE: &str = include_str!("binding.py");
 /// What a binding with ranges has beside.
 const RANGES: &str = include_str!("binding_ranges.py");
+/// What a binding without ranges says of them.
+const ROWS: &str = include_str!("binding_rows.py");
 
 /// The whole module, `NAME.py`. It loads the shared library `NAME` that stands beside it.
 pub fn python(request: &Request) -> String {
     let program = &request.program;
     // As a C string holds it.
     let text = request.provenance.program.replace('\0', "");
-    let ranges = if request.camera.is_some() { RANGES } else { "" };
+    let ranges = if request.camera.is_some() { RANGES } else { ROWS };
     TEMPLATE
         .replace("@RANGES@\n", ranges)
         .replace("@NAME@", request.symbol.as_str())

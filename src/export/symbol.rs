@@ -1,42 +1,48 @@
 //! The prefix of exported names.
 
+use super::reserved;
+
 /// A C identifier, the prefix of every exported name: `NAME` in `NAME_detect`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Symbol(String);
 
 /// Why a text is no prefix.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{0:?} cannot begin the exported names: take a C identifier, a letter and then letters, digits and single \
-     underscores, at most 64 in all, that is no keyword of C, C++ or Python, nor a module that the Python binding \
-     imports, as in `front_camera`"
-)]
-pub struct SymbolError(pub String);
-
-/// Words that C or C++ keep for themselves. `NAME_detect` would be no keyword, but `NAME` stands alone in file names
-/// and in the Python module, which is not to hide those that it imports (`binding.py`) either.
-const KEYWORDS: &str = "auto break case char const continue default do double else enum extern float for goto if \
-    inline int long register restrict return short signed sizeof static struct switch typedef union unsigned void \
-    volatile while alignas alignof and asm bitand bitor bool catch class compl constexpr delete explicit export \
-    false friend mutable namespace new noexcept not nullptr operator or private protected public template this throw \
-    true try typeid typename using virtual wchar_t xor as assert async await def del elif except finally from global \
-    import in is lambda nonlocal pass raise with yield \
-    None True False ctypes collections os sys";
+pub enum SymbolError {
+    /// It is no C identifier, or one that C and C++ keep for themselves.
+    #[error(
+        "{0:?} cannot begin the exported names: take a C identifier, a letter and then letters, digits and single \
+         underscores, at most 64 in all, as in `front_camera`"
+    )]
+    Form(String),
+    /// It is the name of something else.
+    #[error(
+        "{name:?} cannot begin the exported names: it is {owner}; take another one, as in `front_camera`"
+    )]
+    Taken {
+        /// The name.
+        name: String,
+        /// Whose it is.
+        owner: &'static str,
+    },
+}
 
 impl Symbol {
     /// The prefix of this name.
     ///
     /// # Errors
     /// If it is no C identifier, begins with an underscore or has two in a row (which C and C++ keep for themselves),
-    /// or is a keyword of C, C++ or Python, or one of Python's modules that the binding needs.
+    /// or is taken: a keyword of C, C++ or Python, a module of Python, a header or library of C.
     pub fn new(name: &str) -> Result<Symbol, SymbolError> {
         let begins = name.starts_with(|c: char| c.is_ascii_alphabetic());
         let plain = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         let ends = !name.ends_with('_') && !name.contains("__");
-        if begins && plain && ends && name.len() <= 64 && !KEYWORDS.split(' ').any(|word| word == name) {
-            Ok(Symbol(name.to_string()))
-        } else {
-            Err(SymbolError(name.to_string()))
+        if !(begins && plain && ends && name.len() <= 64) {
+            return Err(SymbolError::Form(name.to_string()));
+        }
+        match reserved::owner(name) {
+            Some(owner) => Err(SymbolError::Taken { name: name.to_string(), owner }),
+            None => Ok(Symbol(name.to_string())),
         }
     }
 
@@ -67,11 +73,12 @@ mod tests {
             assert_eq!(Symbol::new(good).map(|s| s.to_string()), Ok(good.to_string()));
         }
         let long = "x".repeat(65);
-        for wrong in [
-            "", "2x", "_x", "x_", "a__b", "a-b", "a b", "int", "class", "lambda", "None", "ctypes", "é",
-            &long,
-        ] {
-            assert_eq!(Symbol::new(wrong), Err(SymbolError(wrong.to_string())));
+        for wrong in ["", "2x", "_x", "x_", "a__b", "a-b", "a b", "é", &long] {
+            assert_eq!(Symbol::new(wrong), Err(SymbolError::Form(wrong.to_string())));
+        }
+        for taken in ["int", "class", "lambda", "None", "ctypes", "math", "libc", "size"] {
+            let error = Symbol::new(taken).expect_err("it is taken");
+            assert!(matches!(&error, SymbolError::Taken { name, .. } if name == taken), "{error}");
         }
     }
 }

@@ -106,6 +106,20 @@ fn bad_input_is_told_and_leaves_nothing() {
     fails(&["eye.gp", "--out", "x", "--target", "x86_64-unknown-linux-gnu", "--cpu", "v7"], 2, &["v1", "v3"]);
     fails(&["eye.gp", "--out", "x", "--name", "3d"], 2, &["--name", "C identifier"]);
     fails(&["eye.gp", "--out", "x", "--name", "int"], 2, &["keyword"]);
+    for (name, owner) in [
+        ("json", "a module of Python"),
+        ("ctypes", "a module of Python"),
+        ("numpy", "a module of Python"),
+        ("stdio", "a header of the C library"),
+        ("c", "a library that linkers look for"),
+        ("libm", "a library that linkers look for"),
+        ("co_yield", "a keyword"),
+        ("size", "a macro of C"),
+    ] {
+        fails(&["eye.gp", "--out", "x", "--name", name], 2, &["--name", name, owner, "`front_camera`"]);
+    }
+    place.write("math.gp", PROGRAM);
+    fails(&["math.gp", "--out", "x"], 2, &["--name is needed", "a module of Python"]);
     fails(&["2.gp", "--out", "x"], 2, &["--name is needed"]);
     fails(&["eye.gp", "--out", "x", "--size", "320x240"], 2, &["64x48", "eye.gp"]);
     fails(&["eye.gp", "--out", "x", "--emit", "c,java"], 2, &["java"]);

@@ -71,3 +71,90 @@ fn a_folder_in_the_way_stays() {
     let complaint = place.fails(1, &["export", "p.gp", "--out", "o", "--emit", "c,header", "--force"]);
     assert!(complaint.contains("p.h: is a folder") && !complaint.contains("--force"), "{complaint}");
 }
+
+/// Two programs whose files all differ.
+fn two(place: &Place) -> [&'static str; 2] {
+    place.write("q.gp", PROGRAM.replace("300", "200"));
+    ["p.gp", "q.gp"]
+}
+
+/// What a folder holds, by name.
+fn content(place: &Place, folder: &str) -> Vec<(std::ffi::OsString, Vec<u8>)> {
+    let entries = std::fs::read_dir(place.path(folder)).expect("a folder");
+    let mut files: Vec<_> = entries
+        .map(|entry| entry.expect("readable"))
+        .map(|entry| (entry.file_name(), std::fs::read(entry.path()).expect("readable")))
+        .collect();
+    files.sort();
+    files
+}
+
+/// Exports all at once into one folder; whether each succeeded, and what it said.
+fn at_once(place: &Place, programs: &[&str], flags: &[&str]) -> Vec<(bool, String)> {
+    let start = |program: &&str| {
+        let arguments = ["export", program, "--name", "eye", "--quiet", "--emit", "obj,c,header,ir,static"];
+        let mut command = place.command(&[&arguments[..], flags].concat());
+        command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the command can be started")
+    };
+    let running: Vec<_> = programs.iter().map(start).collect();
+    let end = |child: std::process::Child| {
+        let output = child.wait_with_output().expect("it ends");
+        (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    running.into_iter().map(end).collect()
+}
+
+#[test]
+fn of_exports_at_once_one_makes_the_folder() {
+    let place = place();
+    let programs = two(&place);
+    for (program, folder) in programs.iter().zip(["alone-0", "alone-1"]) {
+        assert!(at_once(&place, &[program], &["--out", folder])[0].0);
+    }
+    let alone = [content(&place, "alone-0"), content(&place, "alone-1")];
+    assert!(alone[0].iter().zip(&alone[1]).all(|(one, other)| one.0 == other.0 && one.1 != other.1));
+    for round in 0..4 {
+        let out = format!("o{round}/deep");
+        let ends = at_once(&place, &programs.repeat(3), &["--out", &out]);
+        assert_eq!(ends.iter().filter(|(success, _)| *success).count(), 1, "{ends:?}");
+        for (_, said) in ends.iter().filter(|(success, _)| !success) {
+            assert!(said.contains("exists already; `--force` replaces it"), "{said}");
+        }
+        assert!(alone.contains(&content(&place, &out)), "a mixture");
+        let ends = at_once(&place, &programs.repeat(3), &["--out", &out, "--force"]);
+        assert!(ends.iter().all(|(success, said)| *success && said.is_empty()), "{ends:?}");
+        assert!(alone.contains(&content(&place, &out)), "a mixture");
+    }
+}
+
+#[test]
+fn exports_of_other_names_do_not_disturb_each_other() {
+    let place = place();
+    let names = ["left", "right", "front", "rear"];
+    let start = |name: &&str| {
+        let arguments = ["export", "p.gp", "--out", "o", "--emit", "c,header", "--quiet", "--name", name];
+        place.command(&arguments).spawn().expect("the command can be started")
+    };
+    let running: Vec<_> = names.iter().map(start).collect();
+    assert!(running.into_iter().all(|mut child| child.wait().expect("it ends").success()));
+    assert_eq!(content(&place, "o").len(), 8);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_device_or_a_pipe_in_the_way_stays() {
+    let place = place();
+    std::fs::create_dir(place.path("o")).expect("folders can be made");
+    std::os::unix::fs::symlink("/dev/zero", place.path("o/p.h")).expect("links can be made");
+    let arguments = ["export", "p.gp", "--out", "o", "--emit", "c,header"];
+    let mut forced = place.command(&[&arguments[..], &["--force"]].concat());
+    let complaint = crate::common::one_error(&forced.output().expect("started"), 1);
+    assert!(complaint.contains("p.h: is a device or a pipe"), "{complaint}");
+    assert!(!place.path("o/p.c").exists());
+    // A link that leads nowhere is replaced.
+    std::fs::remove_file(place.path("o/p.h")).expect("there");
+    std::os::unix::fs::symlink("nowhere", place.path("o/p.h")).expect("links can be made");
+    assert!(!place.command(&arguments).output().expect("started").status.success());
+    place.ok(&[&arguments[..], &["--force", "--quiet"]].concat());
+    assert!(place.read("o/p.h").contains("P_WIDTH"));
+}

@@ -102,6 +102,53 @@ fn images_of_another_size_are_worth_a_note() {
         assert!(output.status.success(), "{note}");
         assert!(note.contains("evolved on images of 64x48") && note.contains("these have 80x60"), "{note}");
     }
+    let run = |command: &[&str]| {
+        let output = place.command(command).output().expect("started");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{said}");
+        said
+    };
+    let frames = ["run", "run", "--input", "large/images"];
+    let note = run(&frames);
+    let scale = "these have 80x60; scale them to 64x48, as ffmpeg does by `-vf scale=64:48`";
+    assert!(
+        note.starts_with("note: run/best.gp was evolved on images of 64x48") && note.contains(scale),
+        "{note}"
+    );
+    assert_eq!(run(&[&frames[..], &["--quiet"]].concat()), "");
+    assert!(!run(&["run", "run", "--input", "data/images"]).contains("note"));
+    let drive = ["drive", "run/best.gp", "--minutes", "0.01", "--runs", "1", "--quiet"];
+    let note = run(&drive);
+    assert!(
+        note.contains("these have 320x240, as the robot's camera gives them") && !note.contains("scale"),
+        "{note}"
+    );
+    // The compiler's form is for images of one size, and no others.
+    place.write("small.vir", place.ok(&["ir", "run"]));
+    for (command, size) in [
+        (&["run", "small.vir", "--input", "large/images"][..], "80x60"),
+        (&["drive", "small.vir"], "320x240"),
+    ] {
+        let complaint = place.fails(1, command);
+        assert!(complaint.contains(size) && complaint.contains("64x48"), "{complaint}");
+    }
+}
+
+#[test]
+fn a_program_is_shown_for_the_images_it_was_evolved_on() {
+    let place = Place::new();
+    evolved(&place);
+    assert!(place.ok(&["ir", "run"]).contains("image 64x48\n"));
+    assert!(place.ok(&["ir", "run", "--size", "80x60"]).contains("image 80x60\n"));
+    let best = place.read("run/best.gp");
+    place.write("best.gp", &best);
+    assert!(place.ok(&["explain", "best.gp"]).contains("64x48"));
+    assert!(!place.ok(&["explain", "best.gp", "--size", "80x60"]).contains("64x48"));
+    place
+        .write("plain.gp", best.lines().filter(|line| !line.starts_with(';')).collect::<Vec<_>>().join("\n"));
+    assert!(place.ok(&["ir", "plain.gp"]).contains("image 320x240\n"));
+    place.write("odd.gp", best.replace("images of 64x48", "images of 1x48"));
+    assert!(place.fails(1, &["ir", "odd.gp"]).contains("odd.gp: its comment says"));
 }
 
 #[test]

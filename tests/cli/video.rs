@@ -45,9 +45,7 @@ fn frames_are_taken_at_even_distances() {
     let place = Place::new();
     place.write("v.y4m", y4m(25));
     // A file with times that are rounded to milliseconds, without loss.
-    let mut ffmpeg = Command::new("ffmpeg");
-    let flags = ["-nostdin", "-loglevel", "error", "-i", "v.y4m", "-c:v", "ffv1", "v.mkv"];
-    assert!(ffmpeg.args(flags).current_dir(place.path("")).status().expect("it runs").success());
+    encode(&place, &[], &["-c:v", "ffv1"], "v.mkv");
     for video in ["v.y4m", "v.mkv"] {
         for (i, (flags, expected)) in [
             (&[][..], vec![0, 10, 20]),
@@ -80,6 +78,79 @@ fn frames_are_taken_at_even_distances() {
         "{said}"
     );
     assert_eq!(taken(&place.path("small")), [0, 10, 20]);
+}
+
+/// Makes a video of `v.y4m` with the installed ffmpeg.
+fn encode(place: &Place, before: &[&str], after: &[&str], name: &str) {
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-nostdin", "-loglevel", "error"]).args(before).args(["-i", "v.y4m"]).args(after).arg(name);
+    assert!(ffmpeg.current_dir(place.path("")).status().expect("it runs").success(), "{name}");
+}
+
+#[test]
+fn every_frame_comes_once() {
+    if !has_ffmpeg() {
+        return;
+    }
+    let place = Place::new();
+    place.write("v.y4m", y4m(25));
+    let all: Vec<u8> = (0..25).collect();
+    let gaps: Vec<u8> = (0..25).filter(|i| i % 7 != 3).collect();
+    let ffv1 = ["-c:v", "ffv1"];
+    for (name, before, after, frames) in [
+        ("r5.mkv", &["-r", "5"][..], &ffv1[..], &all),
+        ("r30.mkv", &["-r", "30"], &ffv1, &all),
+        ("r29.97.mkv", &["-r", "30000/1001"], &ffv1, &all),
+        ("uneven.mkv", &[], &["-vf", "select=not(eq(mod(n\\,7)\\,3))", "-c:v", "ffv1"], &gaps),
+        ("slower.mkv", &[], &["-vf", "setpts=N*N/(20*TB)", "-c:v", "ffv1"], &all),
+        ("png.avi", &[], &["-c:v", "png", "-pix_fmt", "gray"], &all),
+        ("png.mp4", &[], &["-c:v", "png", "-pix_fmt", "gray"], &all),
+        ("gray.gif", &[], &["-pix_fmt", "gray"], &all),
+        ("gray.apng", &[], &["-pix_fmt", "gray", "-f", "apng"], &all),
+    ] {
+        encode(&place, before, after, name);
+        let out = format!("{name}-frames");
+        place.ok(&["data", "video", name, "--every", "1f", "--out", &out]);
+        assert_eq!(&taken(&place.path(&out)), frames, "{name}");
+        let third: Vec<u8> = frames.iter().copied().step_by(3).collect();
+        let out = format!("{name}-third");
+        place.ok(&["data", "video", name, "--every", "3f", "--out", &out]);
+        assert_eq!(taken(&place.path(&out)), third, "{name}");
+    }
+    // Frames out of order in the file, and without times of their own: their number counts.
+    let b_frames = ["-c:v", "mpeg4", "-bf", "2"];
+    encode(&place, &["-r", "5"], &b_frames, "b.avi");
+    encode(&place, &[], &["-c:v", "mpeg4", "-f", "m4v"], "raw.m4v");
+    for name in ["b.avi", "raw.m4v"] {
+        let said = place.ok(&["data", "video", name, "--every", "1f", "--out", &format!("{name}-frames")]);
+        assert!(said.contains(": 25 frames of"), "{name}: {said}");
+    }
+}
+
+/// Films that came out with frames too many.
+#[test]
+fn films_that_were_repeated() {
+    if !has_ffmpeg() {
+        return;
+    }
+    let place = Place::new();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/regressions/video-duplicates");
+    for (name, frames) in [("r5.mp4", 10), ("r10.mp4", 20), ("r30.mp4", 60), ("anim.gif", 5)] {
+        let film = folder.join(name);
+        let out = format!("{name}-frames");
+        let film = film.to_str().expect("UTF-8");
+        let said = place.ok(&["data", "video", film, "--every", "1f", "--out", &out]);
+        assert!(said.starts_with(&format!("{out}: {frames} frames of 64 x 48 pixels")), "{said}");
+        let mut pictures: Vec<Vec<u8>> = std::fs::read_dir(place.path(&out))
+            .expect("there")
+            .map(|entry| std::fs::read(entry.expect("readable").path()).expect("readable"))
+            .collect();
+        assert_eq!(pictures.len(), frames, "{name}");
+        pictures.sort();
+        pictures.dedup();
+        // The GIF is of one picture alone.
+        assert_eq!(pictures.len(), if name == "anim.gif" { 1 } else { frames }, "{name}");
+    }
 }
 
 #[test]
@@ -193,6 +264,74 @@ mod stand_ins {
             assert!(complaint.contains(said) && complaint.len() < 1000, "{text}: {complaint}");
             assert!(before == place.everything(), "{text}");
         }
+    }
+
+    /// What it says of what it wrote.
+    fn counts(frames: u64, repeated: u64, dropped: u64) -> String {
+        format!(
+            "printf 'frame={frames}\\ndup_frames={repeated}\\ndrop_frames={dropped}\\nprogress=end\\n' >&2"
+        )
+    }
+
+    /// An ffmpeg that gives the frames only if it is asked for them in these words, and complains of the others as its
+    /// versions do.
+    fn version(known: &str, unknown: &[&str]) -> String {
+        let refuse = |option: &&str| {
+            let name = &option[1..];
+            format!(
+                "*{option}\\ *) echo \"Unrecognized option '{name}'.\" >&2\n\
+                 echo 'Error splitting the argument list: Option not found' >&2; exit 8;;"
+            )
+        };
+        let refusals: Vec<String> = unknown.iter().map(refuse).collect();
+        let known = match known {
+            "" => String::new(),
+            known => format!("*{known}\\ passthrough*-progress*) cat v.y4m; {};;", counts(3, 0, 0)),
+        };
+        format!("case \"$*\" in\n{}\n{known}\n*) exit 9;;\nesac", refusals.join("\n"))
+    }
+
+    #[test]
+    fn versions_are_asked_in_their_own_words() {
+        let place = Place::new();
+        place.write("v.y4m", y4m(3));
+        for (known, unknown) in [("-fps_mode", &["-vsync"][..]), ("-vsync", &["-fps_mode"])] {
+            script(&place, &version(known, unknown));
+            let output = command(&place).output().expect("started");
+            let complaint = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success() && complaint.is_empty(), "{known}: {complaint}");
+            assert_eq!(taken(&place.path("x")), [0, 1, 2], "{known}");
+            std::fs::remove_dir_all(place.path("x")).expect("there");
+        }
+        script(&place, &version("", &["-vsync", "-fps_mode"]));
+        let before = place.everything();
+        let complaint = one_error(&command(&place).output().expect("started"), 1);
+        assert!(complaint.contains("install a version from 4 on"), "{complaint}");
+        assert!(before == place.everything());
+    }
+
+    #[test]
+    fn frames_are_counted() {
+        let place = Place::new();
+        place.write("v.y4m", y4m(3));
+        for (counted, said) in [
+            ((4, 0, 0), "3 frames came, but ffmpeg counts 4 with 0 repeated, and 0 dropped"),
+            ((2, 0, 0), "ffmpeg counts 2 "),
+            ((3, 2, 0), "ffmpeg counts 3 with 2 repeated, and 0 dropped"),
+            ((3, 0, 1), "and 1 dropped"),
+        ] {
+            let (frames, repeated, dropped) = counted;
+            // Earlier counts do not matter.
+            let earlier = counts(1, 0, 0);
+            script(&place, &format!("{earlier}; cat v.y4m; {}", counts(frames, repeated, dropped)));
+            let before = place.everything();
+            let complaint = one_error(&command(&place).output().expect("started"), 1);
+            assert!(complaint.contains("v.y4m: ") && complaint.contains(said), "{complaint}");
+            assert!(before == place.everything(), "{counted:?}");
+        }
+        script(&place, &format!("{}; cat v.y4m; {}", counts(1, 0, 0), counts(3, 0, 0)));
+        assert!(command(&place).output().expect("started").status.success());
+        assert_eq!(taken(&place.path("x")), [0, 1, 2]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use vsonar::export::{c, python};
+use vsonar::export::{Request, c, python};
 use vsonar::ir::reference;
 use vsonar::vision::WindowSums;
 
@@ -54,4 +54,19 @@ fn the_binding_gives_the_reference_bits() {
             }));
         }
     }
+}
+
+#[test]
+fn what_needs_a_camera_is_told_to_need_one() {
+    if !has("gcc", &["--version"]) || !has("python3", &["--version"]) {
+        return;
+    }
+    let folder = folder("python-rows");
+    let request = Request { camera: None, ..request("det", "", false) };
+    let source = write(&folder, "det.c", &c::source(&request));
+    write(&folder, "det.py", &python::python(&request));
+    let script = write(&folder, "check_rows.py", include_str!("check_rows.py"));
+    let library = folder.join(if cfg!(target_os = "macos") { "libdet.dylib" } else { "libdet.so" });
+    run(Command::new("gcc").args(["-O2", "-shared", "-fPIC"]).arg(source).arg("-o").arg(library));
+    run(Command::new("python3").args(["-S", "-E"]).arg(script));
 }

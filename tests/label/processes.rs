@@ -204,6 +204,31 @@ fn ctrl_c_says_what_is_saved() {
 
 #[cfg(unix)]
 #[test]
+fn suggestions_of_a_program_for_other_images_are_worth_a_note() {
+    let dir = images(1);
+    let program = below(&dir, "p.gp");
+    let comment =
+        |size: &str| format!("; evolved with seed 1, on images of {size} pixels, of the data set d");
+    let tree = "(individual (iterate-up 2x2 x-obstacle (set-a (* x-obstacle 0.5))))";
+    for (size, noted) in [("160x120", false), ("320x240", true), ("120x160", true)] {
+        std::fs::write(&program, format!("{}\n{tree}\n", comment(size))).expect("writable");
+        let mut label = Label::start(dir.path(), &["--suggest", program.to_str().expect("UTF-8")]);
+        assert_eq!(label.ready["width"], 160);
+        // SAFETY: sends a signal to a child that has not been waited for, so its number is its own.
+        let sent = unsafe { libc::kill(label.process.id() as libc::pid_t, libc::SIGINT) };
+        assert_eq!((sent, label.process.wait().expect("it ends").code()), (0, Some(130)));
+        let mut said = String::new();
+        std::io::Read::read_to_string(&mut label.process.stderr.take().expect("piped"), &mut said)
+            .expect("UTF-8");
+        let note = format!(
+            "p.gp was evolved on images of {size} pixels and knows their rows by number; these have 160x120"
+        );
+        assert_eq!(said.contains(&note), noted, "{said}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
 fn ctrl_c_tells_labels_of_other_columns_too() {
     let dir = images(2);
     std::fs::write(
@@ -370,6 +395,14 @@ fn what_cannot_be_labelled_is_refused_with_a_remedy() {
     told(dir.path(), &["--columns", "x"], 2, &["write how many"]);
     told(dir.path(), &["--port", "70000"], 2, &["70000"]);
     told(dir.path(), &["--suggest", "no.gp"], 1, &["no.gp"]);
+    let folder = dir.path().to_str().expect("UTF-8");
+    told(dir.path(), &["--suggest", folder], 1, &["no best.gp", "no run folder"]);
+    let vir = below(&dir, "p.vir");
+    let program = "(individual (iterate-up 2x2 x-obstacle (set-a y)))".parse().expect("a program");
+    let lowered = vsonar::lower::lower(&program, 64, 48);
+    std::fs::write(&vir, vsonar::ir::text::print(&lowered)).expect("writable");
+    let suggest = ["--suggest", vir.to_str().expect("UTF-8")];
+    told(dir.path(), &suggest, 1, &["for images of 64x48", "these have 160x120", ".gp file"]);
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let port = taken.local_addr().expect("bound").port().to_string();
     told(dir.path(), &["--port", &port], 1, &["--port", "cannot be had", "choose another"]);

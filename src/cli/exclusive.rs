@@ -1,0 +1,124 @@
+//! A folder that one command at a time puts files into, with files of others in it.
+
+use std::fs::{self, File, TryLockError};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use super::{CliError, output};
+
+/// What stands at a path that is to be written; `None` for nothing.
+pub(super) fn replaceable(path: &Path, force: bool) -> Result<Option<Vec<u8>>, CliError> {
+    let refused =
+        |text: &str| Err(CliError::Failed(format!("{}: {text}, or choose another `--out`", path.display())));
+    if path.symlink_metadata().is_err() {
+        return Ok(None);
+    }
+    match fs::metadata(path) {
+        Ok(there) if there.is_dir() => refused("is a folder; remove it"),
+        _ if !force => refused("exists already; `--force` replaces it"),
+        Ok(there) if !there.is_file() => refused("is a device or a pipe; remove it"),
+        // A link that leads nowhere.
+        Err(_) => Ok(None),
+        Ok(_) => {
+            fs::read(path).map(Some).map_err(|e| CliError::file(path, "read what is to be replaced", &e))
+        }
+    }
+}
+
+/// Puts back what stood at these names of a folder. If not even this can be done, the failure that led here is still the
+/// one that counts.
+pub(super) fn restore<'a>(folder: &Path, files: impl Iterator<Item = (&'a String, &'a Option<Vec<u8>>)>) {
+    for (name, old) in files {
+        let path = folder.join(name);
+        let _ = match old {
+            Some(bytes) => output::write_file(&path, bytes),
+            None => fs::remove_file(&path).map_err(CliError::from),
+        };
+    }
+}
+
+/// The longest time that one command fills a folder while another one waits.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Makes a folder if need be, and waits until no other process fills it; the folder is released when the file is
+/// dropped. The lock is on the folder itself, so that nothing stays behind in it. Where a folder cannot be locked, no
+/// process waits for another.
+pub(super) fn hold(folder: &Path) -> Result<Option<File>, CliError> {
+    let start = Instant::now();
+    loop {
+        fs::create_dir_all(folder).map_err(|e| CliError::file(folder, "make the folder", &e))?;
+        let Ok(file) = File::open(folder) else { return Ok(None) };
+        match file.try_lock() {
+            // Unless who held it has taken it away again, because nothing came of it.
+            Ok(()) if is_at(&file, folder) => return Ok(Some(file)),
+            Err(TryLockError::Error(_)) => return Ok(None),
+            Ok(()) | Err(TryLockError::WouldBlock) if start.elapsed() < PATIENCE => {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            Ok(()) | Err(TryLockError::WouldBlock) => {
+                let text = format!(
+                    "{}: another command writes into this folder; wait until it has ended",
+                    folder.display()
+                );
+                return Err(CliError::Failed(text));
+            }
+        }
+    }
+}
+
+/// Whether an open folder is still the one of this path.
+fn is_at(open: &File, path: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let place = |found: fs::Metadata| (found.dev(), found.ino());
+        open.metadata().map(place).ok() == fs::metadata(path).map(place).ok()
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = open;
+        path.exists()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stood_there_comes_back() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let files =
+            [("a".to_string(), Some(b"old".to_vec())), ("b".to_string(), None), ("c".to_string(), None)];
+        for name in ["a", "b", "other"] {
+            fs::write(dir.path().join(name), "new").expect("writable");
+        }
+        restore(dir.path(), files.iter().map(|(name, old)| (name, old)));
+        assert_eq!(fs::read(dir.path().join("a")).expect("there"), b"old");
+        assert!(!dir.path().join("b").exists());
+        assert_eq!(fs::read(dir.path().join("other")).expect("there"), b"new");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_folder_is_held_by_one_at_a_time() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let folder = dir.path().join("new/folder");
+        let held = hold(&folder).expect("writable").expect("this file system has locks");
+        assert!(matches!(File::open(&folder).expect("there").try_lock(), Err(TryLockError::WouldBlock)));
+        let (sender, receiver) = std::sync::mpsc::channel();
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                let held = hold(&folder).expect("writable");
+                sender.send(()).expect("somebody listens");
+                assert!(is_at(&held.expect("a lock"), &folder));
+            });
+            assert!(receiver.try_recv().is_err(), "it waits");
+            // Taken away by who held it, the folder is made again.
+            fs::remove_dir(&folder).expect("empty");
+            drop(held);
+            receiver.recv().expect("it comes to an end");
+        });
+        assert_eq!(fs::read_dir(&folder).expect("there").count(), 0, "nothing is left behind");
+    }
+}
