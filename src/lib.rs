@@ -54,6 +54,7 @@ pub mod export;
 pub mod frames;
 pub mod label;
 pub mod lower;
+pub mod memory;
 pub mod report;
 pub mod statistics;
 pub mod support;

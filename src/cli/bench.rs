@@ -221,7 +221,7 @@ fn executors(args: &Args) -> Result<Vec<Arc<dyn Executor>>, CliError> {
 
 fn data(args: &Args) -> Result<Dataset, CliError> {
     let Some(folder) = &args.data else { return Ok(Corridor::default().render(BUILDING, FRAMES)?) };
-    let data = Dataset::load(folder)?;
+    let data = Dataset::load_within(folder, args.memory.limit())?;
     Ok(match &args.pattern {
         Some(pattern) => data.select(pattern)?,
         None => data,

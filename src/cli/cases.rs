@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use vsonar::dataset::{Dataset, Variation};
+use vsonar::vision::GRAY_WEIGHTS;
 
 use super::CliError;
 use super::memory::Need;
@@ -74,12 +75,20 @@ impl Cases {
         counts: impl Fn(bool) -> bool,
     ) -> Result<(), CliError> {
         let now: toml::Table = self.fingerprints().collect();
-        for (name, what, _) in self.guarded() {
+        for (name, what, set) in self.guarded() {
             let then = table.get(name);
             if counts(then.is_some()) && now.get(name) != then {
                 let folder = table.get("folder").and_then(|folder| folder.get("train")?.as_str());
                 let folder = folder.map_or_else(String::new, |dir| format!(" in {dir}"));
                 let (settings, run) = (run.join("settings.toml"), super::output::shell_word(run));
+                if let Some(weights) = other_gray(table).filter(|_| set.is_some_and(Dataset::has_colour)) {
+                    return Err(CliError::Failed(format!(
+                        "{}: the {what} data have colour, and the run was made with gray by the weights of {weights}; by those \
+                         of {GRAY_WEIGHTS}, as cameras have them, the images{folder} are others now: start a new run \
+                         (`vsonar eval {run} --data DIR` tests its program on the images as they are seen now)",
+                        settings.display()
+                    )));
+                }
                 return Err(CliError::Failed(format!(
                     "{}: the run was made with other {what} data than there are now{folder}; put them back as they were, or \
                      start a new run (`vsonar eval {run} --data DIR` tests its program on any images)",
@@ -97,6 +106,17 @@ impl Cases {
         let own = if variation.copies() > 0 { runs.max(1) } else { 1 };
         std::iter::once(Need::grown(&self.train, variation).times(own)).chain(others.map(Need::of))
     }
+}
+
+/// The field of the table `[data]` with the weights by which colour became gray.
+pub(crate) const GRAY: &str = "gray";
+
+/// The weights by which the images of a run became gray, if they are from a folder and were others than now. Releases
+/// that did not record them used those of BT.709.
+pub(crate) fn other_gray(table: &toml::Table) -> Option<&str> {
+    table.get("folder")?;
+    let weights = table.get(GRAY).map_or("BT.709", |weights| weights.as_str().unwrap_or("an unknown kind"));
+    Some(weights).filter(|weights| *weights != GRAY_WEIGHTS)
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use vsonar::camera::Camera;
 use vsonar::dataset;
 use vsonar::world::{Corridor, FRAMES};
 
+use super::memory::MemoryArgs;
 use super::output;
 use super::program::size;
 use super::synth::not_rendered;
@@ -39,6 +40,8 @@ enum Command {
     Check {
         /// Folder with `labels.csv` and the images it names
         dir: PathBuf,
+        #[command(flatten)]
+        memory: MemoryArgs,
         /// Print the report as JSON
         #[arg(long)]
         json: bool,
@@ -73,8 +76,8 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     match args.command {
         Command::Import(args) => data_import::run(args),
         Command::Video(args) => data_video::run(args),
-        Command::Check { dir, json } => {
-            let report = dataset::check(&dir);
+        Command::Check { dir, memory, json } => {
+            let report = dataset::check_within(&dir, memory.limit());
             if json {
                 output::print_json(&report)?;
             } else {

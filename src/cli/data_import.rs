@@ -4,11 +4,14 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use vsonar::dataset::import::{Crop, Found, Labels, Named, Value, Values, View, coco, labelme, masks};
+use vsonar::dataset::import::{
+    Classes, Crop, Found, Labels, Named, ValueCounts, Values, View, coco, labelme, masks,
+};
 
 use super::CliError;
 use super::data_import_names::{Names, listed};
 use super::data_import_write::write;
+use super::memory::MemoryArgs;
 use super::new_folder::NewFolder;
 use super::program::size;
 use super::run_columns::{self, Columns};
@@ -34,7 +37,8 @@ Examples:
   vsonar data import masks photos masks --ground '#804080' --mask-suffix _color --out labelled
 
 Numbers are the stored gray levels of masks of 1 to 16 bits, or indices into a palette; colours are compared exactly. A \
-column whose label depends on what ignored pixels are gets none.";
+column whose label depends on what ignored pixels are gets none. A value that is in no class counts as an obstacle, and is \
+reported: without --obstacle, one that occurs mostly in single pixels, as smoothed masks have them at edges.";
 
 const LABELME: &str = "\
 Examples:
@@ -74,6 +78,9 @@ enum Kind {
         /// The numbers or the colours of the ground, as 7,8 or '#804080,#f423e8'
         #[arg(long, value_name = "VALUES")]
         ground: Values,
+        /// Those of obstacles: pixels of values that are in no class are then reported [default: all other values]
+        #[arg(long, value_name = "VALUES")]
+        obstacle: Option<Values>,
         /// Those of pixels of which nobody knows
         #[arg(long, value_name = "VALUES")]
         ignore: Option<Values>,
@@ -163,6 +170,8 @@ pub(super) struct Wanted {
     /// Leave out objects and images that are damaged or make no sense, and say so, instead of giving up
     #[arg(long)]
     pub(super) skip_faulty: bool,
+    #[command(flatten)]
+    pub(super) memory: MemoryArgs,
     /// Print what was done, and the report on the folder, as JSON
     #[arg(long)]
     pub(super) json: bool,
@@ -197,44 +206,56 @@ fn crop(text: &str) -> Result<Crop, String> {
 /// Makes a folder.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     match args.kind {
-        Kind::Masks { images, masks, ground, ignore, image_suffix, mask_suffix, wanted } => {
-            let ignored = ignore.unwrap_or_default();
-            if !ignored.0.is_empty() && ignored.are_colours() != ground.are_colours() {
-                let text =
-                    "--ignore: give numbers where --ground has numbers, and colours where it has colours";
-                return Err(CliError::Usage(text.to_string()));
+        Kind::Masks { images, masks, ground, obstacle, ignore, image_suffix, mask_suffix, wanted } => {
+            let (obstacles, ignored) = (obstacle.unwrap_or_default(), ignore.unwrap_or_default());
+            for (flag, values) in [("obstacle", &obstacles), ("ignore", &ignored)] {
+                if !values.0.is_empty() && values.are_colours() != ground.are_colours() {
+                    return Err(CliError::Usage(format!(
+                        "--{flag}: give numbers where --ground has numbers, and colours where it has colours"
+                    )));
+                }
+                if let Some(both) = values.0.intersection(&ground.0).next() {
+                    return Err(CliError::Usage(format!(
+                        "--{flag}: {both} is ground too; decide for one of them"
+                    )));
+                }
             }
-            if let Some(both) = ignored.0.intersection(&ground.0).next() {
+            if let Some(both) = ignored.0.intersection(&obstacles.0).next() {
                 return Err(CliError::Usage(format!(
-                    "--ignore: {both} is ground too; decide for one of them"
+                    "--ignore: {both} is an obstacle too; decide for one of them"
                 )));
             }
+            let classes = Classes { ground, obstacles, ignored };
             let folder = NewFolder::check(&wanted.out)?;
             let folders = masks::Folders { images, masks, image_suffix, mask_suffix };
-            let found = masks::find(&folders, &ground, &ignored)?;
-            let no_ground = |values: &BTreeSet<Value>| {
-                let values: Vec<String> = values.iter().map(ToString::to_string).collect();
+            let found = masks::find(&folders, &classes)?;
+            let no_ground = |values: &ValueCounts| {
+                let mut shown: Vec<String> =
+                    values.iter().take(33).map(|(value, _)| value.to_string()).collect();
+                if shown.len() > 32 {
+                    shown[32] = "others".to_string();
+                }
                 format!(
-                    "no mask has a pixel of --ground {ground} in the columns asked for; the values there are {}; choose \
-                     among them",
-                    values.join(", ")
+                    "no mask has a pixel of --ground {} in the columns asked for; the values there are {}; choose among them",
+                    classes.ground,
+                    shown.join(", ")
                 )
             };
-            write(found, wanted, folder, no_ground)
+            write(found, wanted, folder, Some(&classes), no_ground)
         }
         Kind::Labelme { paths, images, labels, wanted } => {
             let folder = NewFolder::check(&wanted.out)?;
             let labels = labels.labels();
             let found = labelme::find(&paths, images.as_deref(), &labels)?;
             known(&labels, &found, "shape is labelled")?;
-            write(found, wanted, folder, |_| no_ground(&labels))
+            write(found, wanted, folder, None, |_| no_ground(&labels))
         }
         Kind::Coco { annotations, images, labels, wanted } => {
             let folder = NewFolder::check(&wanted.out)?;
             let labels = labels.labels();
             let found = coco::find(&annotations, &images, &labels)?;
             known(&labels, &found, "category is named")?;
-            write(found, wanted, folder, |_| no_ground(&labels))
+            write(found, wanted, folder, None, |_| no_ground(&labels))
         }
     }
 }

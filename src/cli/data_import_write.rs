@@ -1,6 +1,5 @@
 //! Writing a data folder from pictures that were found, and what is said about it.
 
-use std::collections::BTreeSet;
 use std::io::{Cursor, IsTerminal};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,11 +8,13 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 use serde::Serialize;
 use vsonar::dataset::import::{
-    Found, ImportError, Item, Labelled, LeftOut, Names, SkippedObjects, Value, View,
+    Classes, Found, ImportError, Item, Labelled, LeftOut, Names, SkippedObjects, ValueCounts, View,
 };
 use vsonar::dataset::{self, CheckReport};
+use vsonar::memory::stretches;
 
 use super::data_import::Wanted;
+use super::data_import_values::ValueReport;
 use super::new_folder::NewFolder;
 use super::output::{self, count, shell_word};
 use super::{CliError, interrupt};
@@ -30,6 +31,9 @@ struct Summary {
     skipped_objects: SkippedObjects,
     /// What is wrong with objects that were asked for, and left out.
     dropped_objects: Vec<String>,
+    /// The values of masks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    values: Option<ValueReport>,
     check: CheckReport,
 }
 
@@ -39,13 +43,14 @@ const AT_A_TIME: usize = 16;
 /// How many pictures that were left out are named.
 const SHOWN: usize = 10;
 
-/// Writes the folder and reports on it. `no_ground` says what may be wrong if nothing is ground, of the values that the masks
-/// have.
+/// Writes the folder and reports on it. `classes` are those of masks; `no_ground` says what may be wrong if nothing is
+/// ground, of the values that the masks have.
 pub(super) fn write(
     found: Found,
     wanted: Wanted,
     mut folder: NewFolder,
-    no_ground: impl Fn(&BTreeSet<Value>) -> String,
+    classes: Option<&Classes>,
+    no_ground: impl Fn(&ValueCounts) -> String,
 ) -> Result<(), CliError> {
     let Found { items, mut left_out, faulty, faulty_objects, skipped, .. } = found;
     let mut faults = faulty.iter().map(|(_, fault)| fault).chain(&faulty_objects);
@@ -73,9 +78,20 @@ pub(super) fn write(
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(["image", "x", "y"])?;
     let (mut images, mut cases, mut undecided, mut any_ground) = (0, 0, 0, false);
-    let mut values = BTreeSet::new();
+    let mut values = ValueCounts::default();
     let bar = bar(items.len() as u64, wanted.json);
-    for part in items.chunks(AT_A_TIME) {
+    let memory: Vec<u64> = items.par_iter().map(Item::memory_needed).collect();
+    let limit = wanted.memory.limit();
+    if let Some((item, &bytes)) = items.iter().zip(&memory).find(|&(_, &bytes)| bytes > limit) {
+        return Err(CliError::Failed(format!(
+            "{}: reading the picture takes about {} of memory, more than the limit; scale it down, or raise the limit with \
+             `--memory`",
+            item.name,
+            mib(bytes)
+        )));
+    }
+    let stretches = stretches(&memory, limit);
+    for part in stretches.iter().flat_map(|stretch| items[stretch.clone()].chunks(AT_A_TIME)) {
         if stop.load(Ordering::Relaxed) {
             bar.finish_and_clear();
             return Err(CliError::Interrupted("interrupted; nothing was written".to_string()));
@@ -93,7 +109,7 @@ pub(super) fn write(
                 Ok((labelled, png)) => {
                     undecided += labelled.undecided;
                     any_ground |= labelled.any_ground;
-                    values.extend(labelled.values);
+                    values.extend(&labelled.values);
                     if labelled.labels.is_empty() {
                         let reason = "every label asked for depends on ignored pixels".to_string();
                         left_out.push(LeftOut { name: item.name.clone(), reason });
@@ -119,7 +135,7 @@ pub(super) fn write(
     }
     let table = table.into_inner().map_err(|e| CliError::Failed(e.to_string()))?;
     folder.write("labels.csv", &table)?;
-    let check = dataset::check(folder.part()).moved_to(&wanted.out);
+    let check = dataset::check_within(folder.part(), wanted.memory.limit()).moved_to(&wanted.out);
     if !check.is_sound() {
         return Err(CliError::Failed(format!("the new folder would have faults, and is not kept:\n{check}")));
     }
@@ -129,7 +145,9 @@ pub(super) fn write(
     folder.finish()?;
     left_out.sort();
     let (skipped_objects, dropped_objects) = (skipped, dropped);
-    let summary = Summary { images, cases, undecided, left_out, skipped_objects, dropped_objects, check };
+    let values = classes.map(|classes| ValueReport::new(&values, classes));
+    let summary =
+        Summary { images, cases, undecided, left_out, skipped_objects, dropped_objects, values, check };
     if wanted.json { output::print_json(&summary) } else { output::print(&text(&summary, &wanted)) }
 }
 
@@ -150,6 +168,10 @@ fn labelled(
         let _ = labelled.pixels.write_to(&mut png, ImageFormat::Png);
     }
     Ok((labelled, png.into_inner()))
+}
+
+fn mib(bytes: u64) -> String {
+    format!("{} MiB", output::grouped(bytes.div_ceil(1 << 20)))
 }
 
 /// Why there is nothing to write.
@@ -188,12 +210,15 @@ fn bar(steps: u64, quiet: bool) -> ProgressBar {
 }
 
 fn text(summary: &Summary, wanted: &Wanted) -> String {
-    let Summary { images, cases, undecided, left_out, skipped_objects, dropped_objects, check } = summary;
+    let Summary { images, cases, undecided, left_out, skipped_objects, dropped_objects, values, check } = summary;
     let mut text =
         format!("{check}\nimported  {}, {}\n", count(*images as u64, "image"), count(*cases as u64, "case"));
     if *undecided > 0 {
         text +=
             &format!("no label  {}, which depend on ignored pixels\n", count(*undecided as u64, "column"));
+    }
+    if let Some(values) = values {
+        text += &values.to_string();
     }
     if !left_out.is_empty() {
         text += &format!("left out  {}\n", left_out.len());

@@ -12,6 +12,7 @@ use super::CliError;
 use super::against::{self, Comparison, Named, Rivals};
 use super::eval_cases::{RunPart, What, no_data, what};
 use super::executor::{Choice, answers};
+use super::gray_note::note_gray;
 use super::memory::MemoryArgs;
 use super::output::{self, Own, count, percent};
 use super::program;
@@ -61,7 +62,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Choice::Auto)]
     executor: Choice,
     #[command(flatten)]
-    memory: MemoryArgs,
+    pub(super) memory: MemoryArgs,
     #[arg(long, value_name = "ROWS", value_parser = tolerance, allow_negative_numbers = true, help = tolerance_help())]
     pub(super) tolerance: Option<f64>,
     /// Test it also on changed images: light, brightness, contrast, gamma, noise, blur, moved up, down and aside, mirrored,
@@ -205,6 +206,9 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let program = args.program.as_deref().map(program::file).transpose()?;
     let What { set, name, tolerance, train, trained, copies } = what(&args)?;
     let loaded = program.as_deref().map(Individual::load_with_text).transpose()?;
+    if let Some(program) = args.program.as_deref().filter(|_| args.data.is_some()) {
+        note_gray(program);
+    }
     if let Some((path, (_, text))) = program.as_deref().zip(loaded.as_ref()) {
         program::note_size(path, text, (set.width(), set.height()));
     }

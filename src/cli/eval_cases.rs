@@ -9,6 +9,7 @@ use super::CliError;
 use super::against::Named;
 use super::cases::Cases;
 use super::eval::Args;
+use super::memory::MemoryArgs;
 use super::settings::SettingsFile;
 use super::source::Source;
 use super::tuning::Copies;
@@ -63,8 +64,8 @@ pub(super) fn settings_of(program: &Path) -> Result<Option<Settings>, CliError> 
     run_of(program).map(read).transpose()
 }
 
-fn load(dir: &Path, pattern: Option<&String>) -> Result<Dataset, CliError> {
-    let set = Dataset::load(dir)?;
+fn load(dir: &Path, pattern: Option<&String>, memory: MemoryArgs) -> Result<Dataset, CliError> {
+    let set = Dataset::load_within(dir, memory.limit())?;
     Ok(match pattern {
         Some(pattern) => set.select(pattern)?,
         None => set,
@@ -72,15 +73,19 @@ fn load(dir: &Path, pattern: Option<&String>) -> Result<Dataset, CliError> {
 }
 
 /// A folder, or those of its images that match.
-fn named(dir: &Path, pattern: Option<&String>) -> Result<Named, CliError> {
+fn named(dir: &Path, pattern: Option<&String>, memory: MemoryArgs) -> Result<Named, CliError> {
     let images = pattern.map(|glob| format!(", images {glob}")).unwrap_or_default();
-    Ok(Named { name: format!("{}{images}", dir.display()), set: load(dir, pattern)? })
+    Ok(Named { name: format!("{}{images}", dir.display()), set: load(dir, pattern, memory)? })
 }
 
 pub(super) fn what(args: &Args) -> Result<What, CliError> {
     let program = args.program.as_deref();
-    let data = args.data.as_deref().map(|dir| named(dir, args.pattern.as_ref())).transpose()?;
-    let tune_on = args.tune_on.as_deref().map(|dir| named(dir, args.tune_on_match.as_ref())).transpose()?;
+    let data = args.data.as_deref().map(|dir| named(dir, args.pattern.as_ref(), args.memory)).transpose()?;
+    let tune_on = args
+        .tune_on
+        .as_deref()
+        .map(|dir| named(dir, args.tune_on_match.as_ref(), args.memory))
+        .transpose()?;
     let needs_train = args.against.is_some() && tune_on.is_none();
     let run = match &data {
         Some(_) if needs_train => program.and_then(run_of),
@@ -99,7 +104,7 @@ pub(super) fn what(args: &Args) -> Result<What, CliError> {
         let copies = own.as_ref().map(Copies::of).unwrap_or_default();
         return Ok(What { set, name, tolerance, train: tune_on, trained: None, copies });
     };
-    let (cases, settings) = cases_of_run(&run)?;
+    let (cases, settings) = cases_of_run(&run, args.memory)?;
     let tolerance = args.tolerance.unwrap_or(settings.tolerance);
     let name = |part: RunPart| images_of(part, &run);
     let train = needs_train.then(|| Named { name: name(RunPart::Train), set: cases.train.clone() });
@@ -135,10 +140,10 @@ pub(super) fn no_data(program: Option<&Path>) -> CliError {
     }
 }
 
-fn cases_of_run(run: &Path) -> Result<(Cases, Settings), CliError> {
+fn cases_of_run(run: &Path, memory: MemoryArgs) -> Result<(Cases, Settings), CliError> {
     let file = SettingsFile::read(&run.join("settings.toml"))?;
     let table = file.data().cloned().unwrap_or_default();
-    let cases = Source::from_table(&table, file.path())?.load()?;
+    let cases = Source::from_table(&table, file.path())?.load(memory.limit())?;
     cases.check(&table, run)?;
     Ok((cases, file.recorded()?))
 }
@@ -149,15 +154,16 @@ pub(super) fn cases_of(
     data: Option<&Path>,
     pattern: Option<&String>,
     part: Option<RunPart>,
+    memory: MemoryArgs,
 ) -> Result<Option<(Dataset, f64)>, CliError> {
     if let Some(dir) = data {
         let own = settings_of(program)?.map(|settings| settings.tolerance);
-        return Ok(Some((load(dir, pattern)?, own.unwrap_or(TOLERANCE))));
+        return Ok(Some((load(dir, pattern, memory)?, own.unwrap_or(TOLERANCE))));
     }
     if !program.is_dir() {
         return Ok(None);
     }
-    let (cases, settings) = cases_of_run(program)?;
+    let (cases, settings) = cases_of_run(program, memory)?;
     let (part, set) = part_of_run(program, cases, settings.generations, part)?;
     Ok(Some((set.named(images_of(part, program)), settings.tolerance)))
 }

@@ -232,7 +232,7 @@ fn fresh(args: &Args, Plan { source, settings, named }: Plan) -> Result<Prepared
     {
         return Err(vsonar::evolve::FolderError::Exists(out.clone()).into());
     }
-    let cases = source.load()?;
+    let cases = source.load(args.memory.limit())?;
     cases.check_apart()?;
     let room = args.memory.check_needs(cases.needs(&settings.variation(), 1))?;
     let threads = usize::from(args.threads.unwrap_or(0));
@@ -264,7 +264,7 @@ fn resume(args: &Args, path: &Path) -> Result<Prepared, CliError> {
     }
     let source = Source::from_table(folder.data(), &path.join("settings.toml"))?;
     let executor = args.executor.make()?;
-    let cases = source.load()?;
+    let cases = source.load(args.memory.limit())?;
     cases.check(folder.data(), path)?;
     let room = args.memory.check_needs(cases.needs(&settings.variation(), 1))?;
     let threads = usize::from(args.threads.unwrap_or(0));

@@ -121,7 +121,7 @@ fn folds(args: &Args, source: &Source, all: &[Settings], cores: Cores) -> Result
     };
     let variation = all.first().map_or(Variation::NONE, Settings::variation);
     let fold = |(number, source): (Option<u32>, Source)| {
-        let cases = source.load()?;
+        let cases = source.load(args.memory.limit())?;
         cases.check_apart()?;
         let room = args.memory.check_needs(cases.needs(&variation, cores.jobs.min(all.len())))?;
         for settings in all.iter().filter(|_| args.out.is_some()) {
@@ -146,7 +146,7 @@ fn on_fold(
     mut done: impl FnMut(One) -> Result<(), CliError>,
 ) -> Result<(), CliError> {
     let Fold { number, source, room } = fold;
-    let cases = &source.load()?;
+    let cases = &source.load(args.memory.limit())?;
     let executor = args.executor.make()?;
     let table = source.to_table(cases)?;
     let strips = usize::try_from(args.strip_bytes(*room)).unwrap_or(usize::MAX);

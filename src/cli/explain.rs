@@ -10,6 +10,7 @@ use vsonar::world::office::World;
 
 use super::eval_cases::{RunPart, cases_of};
 use super::executor::with_stack;
+use super::gray_note::note_gray;
 use super::memory::{MemoryArgs, Need};
 use super::output::Own;
 use super::program::{self, SIZE, size};
@@ -114,6 +115,9 @@ pub(crate) fn run(mut args: Args) -> Result<(), CliError> {
         Some((set, _)) => args.memory.check([set])?,
         None => args.memory.check_needs([Need::image(args.size.unwrap_or(SIZE))])?,
     };
+    if args.data.is_some() {
+        note_gray(&args.program);
+    }
     if let Some((set, _)) = &data {
         program::note_size(&path, &comment, (set.width(), set.height()));
     }
@@ -265,9 +269,11 @@ fn load(path: &Path) -> Result<(Individual, String), CliError> {
 /// The cases, if there are any, and what counts as correct.
 fn data(args: &Args) -> Result<Option<(Dataset, f64)>, CliError> {
     let found = match args.world {
-        Some(world) => Some((Source::world(world).load()?.train, vsonar::dataset::TOLERANCE)),
+        Some(world) => {
+            Some((Source::world(world).load(args.memory.limit())?.train, vsonar::dataset::TOLERANCE))
+        }
         None if args.size.is_some() => None,
-        None => cases_of(&args.program, args.data.as_deref(), args.pattern.as_ref(), args.part)?,
+        None => cases_of(&args.program, args.data.as_deref(), args.pattern.as_ref(), args.part, args.memory)?,
     };
     if found.is_none() && args.part.is_some() {
         let text = format!("--part: {} is no run folder; give one, or `--data`", args.program.display());

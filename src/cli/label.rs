@@ -13,6 +13,7 @@ use vsonar::label::{self, Columns, LeftOut, Progress, Session, SessionError};
 use vsonar::web::Server;
 
 use super::executor::with_stack;
+use super::gray_note::note_gray;
 use super::output::{self, count, printable, shell_word};
 use super::program::{self, Loaded};
 use super::{CliError, interrupt, notices, run_columns, serve};
@@ -87,6 +88,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         other => other.into(),
     })?;
     if let Some(path) = &args.suggest {
+        note_gray(path);
         session.suggest(Box::new(detector(path, session.size())?));
     }
     let stop = interrupt::stop_flag()?;

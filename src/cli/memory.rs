@@ -1,16 +1,12 @@
 //! How much memory the fitness cases may take.
 
-use std::fs;
-
 use vsonar::dataset::{Dataset, Variation};
+use vsonar::memory;
 
 use super::CliError;
 use super::output::{count, grouped};
 
 const GIB: f64 = (1u64 << 30) as f64;
-
-/// The limit where the machine does not tell its memory.
-const UNKNOWN: u64 = 8 << 30;
 
 /// The flag that limits the memory. It is no setting of a run, for results do not depend on it.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
@@ -63,6 +59,11 @@ impl Need {
 }
 
 impl MemoryArgs {
+    /// Bytes that may be taken.
+    pub(crate) fn limit(self) -> u64 {
+        self.memory.unwrap_or_else(memory::default_limit)
+    }
+
     /// Refuses sets that do not fit into memory together, and tells how many bytes are left if they do. To be asked
     /// before their cases are prepared.
     pub(crate) fn check<'a>(self, sets: impl IntoIterator<Item = &'a Dataset>) -> Result<u64, CliError> {
@@ -71,7 +72,7 @@ impl MemoryArgs {
 
     /// The same for sets of which some are to grow.
     pub(crate) fn check_needs(self, needs: impl IntoIterator<Item = Need>) -> Result<u64, CliError> {
-        let limit = self.memory.unwrap_or_else(|| default_limit(physical_memory()));
+        let limit = self.limit();
         let (mut need, mut images, mut fewer) = (0u64, Vec::new(), "");
         for one in needs {
             need = need.saturating_add(one.bytes.saturating_mul(one.times));
@@ -110,42 +111,12 @@ fn gib(text: &str) -> Result<u64, String> {
         .ok_or_else(|| "give a number of GiB above 0".to_string())
 }
 
-/// The limit on a machine with so much memory.
-fn default_limit(physical: Option<u64>) -> u64 {
-    physical.map_or(UNKNOWN, |bytes| bytes / 4 * 3)
-}
-
-/// The physical memory of this machine in bytes, if it can be told.
-fn physical_memory() -> Option<u64> {
-    total_of(&fs::read_to_string("/proc/meminfo").ok()?)
-}
-
-/// The total in the text of /proc/meminfo, which has kibibytes.
-fn total_of(text: &str) -> Option<u64> {
-    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
-    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    kib.checked_mul(1024).filter(|&bytes| bytes > 0)
-}
-
 #[cfg(test)]
 mod tests {
     use image::GrayImage;
     use vsonar::dataset::{Case, NamedImage};
 
     use super::*;
-
-    #[test]
-    fn the_default_is_three_quarters() {
-        let total = total_of("MemFree: 1 kB\nMemTotal:       24684096 kB\n");
-        assert_eq!(total, Some(24_684_096 << 10));
-        assert_eq!(default_limit(total), 3 * 24_684_096 * 256);
-        for text in ["", "MemTotal: 5\n", "MemTotal: many kB\n", "MemTotal: 0 kB\n", "MemTotal: -1 kB\n"] {
-            assert_eq!(total_of(text), None, "{text:?}");
-        }
-        assert_eq!(default_limit(None), 8 << 30);
-        #[cfg(target_os = "linux")]
-        assert!(physical_memory().expect("told by the system") > 64 << 20);
-    }
 
     #[test]
     fn numbers_of_gib() {

@@ -122,10 +122,10 @@ fn made() -> CliError {
 }
 
 fn load(source: &Source, table: &toml::Table, folder: &Path, wanted: &Wanted) -> Result<Cases, CliError> {
-    let mut cases = source.load()?;
+    let mut cases = source.load(wanted.memory.limit())?;
     cases.check(table, folder)?;
     if let Some(dir) = wanted.holdout {
-        let set = Dataset::load(dir)?;
+        let set = Dataset::load_within(dir, wanted.memory.limit())?;
         if (set.width(), set.height()) != (cases.train.width(), cases.train.height()) {
             return Err(CliError::Failed(format!(
                 "{}: the images have {} x {} pixels, those of the run {} x {}; give images of one size",

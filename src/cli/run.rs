@@ -17,6 +17,7 @@ use vsonar::ir::opt;
 use vsonar::report::{MAX_SCALE, fitting_scale};
 
 use super::executor::with_stack;
+use super::gray_note::note_gray;
 use super::program::{self, Loaded, size};
 use super::run_columns::{self, Columns};
 use super::run_input::{self, Format, Input};
@@ -121,6 +122,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let camera = args.camera.as_deref().map(Camera::load).transpose()?;
     let file = program::file(&args.program)?;
     let loaded = with_stack(|| Loaded::load(&file))??;
+    note_gray(&args.program);
     loaded.check_size(&file, args.size)?;
     let size = loaded.size().or(args.size);
     let stop = interrupt::stop_flag()?;

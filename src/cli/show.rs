@@ -16,6 +16,7 @@ use vsonar::world::office::World;
 
 use super::eval_cases::{cases_of, run_of};
 use super::executor::{Choice, answers};
+use super::gray_note::note_gray;
 use super::memory::MemoryArgs;
 use super::new_folder::NewFolder;
 use super::output::{self, count};
@@ -106,7 +107,7 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
     let executor = args.executor.make()?;
     let first = &args.programs[0];
     let run = run_of(first).filter(|_| args.data.is_none());
-    let own = cases_of(run.as_deref().unwrap_or(first), args.data.as_deref(), None, None)?;
+    let own = cases_of(run.as_deref().unwrap_or(first), args.data.as_deref(), None, None, args.memory)?;
     let (mut set, tolerance) = own.unwrap_or_else(|| {
         let set = World::Fmrb.elsewhere(source_made::other_office());
         (set.named("the held-out images of the world fmrb"), TOLERANCE)
@@ -116,6 +117,9 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
         set = set.select(pattern)?;
     }
     args.memory.check([&set])?;
+    if args.data.is_some() {
+        args.programs.iter().for_each(|program| note_gray(program));
+    }
     for (path, (_, text)) in programs.iter().zip(&loaded) {
         program::note_size(path, text, (set.width(), set.height()));
     }

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use vsonar::dataset;
+use vsonar::vision::GRAY_WEIGHTS;
 use vsonar::world::office::World;
 
 use super::CliError;
-use super::cases::Cases;
+use super::cases::{Cases, GRAY};
 use super::source_folder::Folder;
 use super::source_made::{Recorded, Synthetic};
 
@@ -49,6 +50,9 @@ impl Source {
     /// As the table `[data]`, for a run with these cases.
     pub(crate) fn to_table(&self, cases: &Cases) -> Result<toml::Table, CliError> {
         let mut table = toml::Table::try_from(self)?;
+        if let Source::Folder(_) = self {
+            table.insert(GRAY.to_string(), GRAY_WEIGHTS.into());
+        }
         table.extend(cases.fingerprints());
         Ok(table)
     }
@@ -71,7 +75,7 @@ impl Source {
 
     fn parse(table: &toml::Table, file: &Path) -> Result<Source, CliError> {
         let mut table = table.clone();
-        Cases::FINGERPRINTS.iter().for_each(|name| drop(table.remove(*name)));
+        Cases::FINGERPRINTS.iter().chain(&[GRAY]).for_each(|name| drop(table.remove(*name)));
         table.try_into().map_err(|error| {
             CliError::Failed(format!(
                 "{}: the table [data] does not say where the fitness cases come from: {}; it has a table [data.folder] \
@@ -156,12 +160,12 @@ impl Source {
         }
     }
 
-    /// Reads or renders the cases.
-    pub(crate) fn load(&self) -> Result<Cases, CliError> {
+    /// Reads or renders the cases; a folder that is read stays below `limit` bytes of memory.
+    pub(crate) fn load(&self, limit: u64) -> Result<Cases, CliError> {
         match self {
             Source::Synthetic(corridor) => corridor.load(),
             Source::World(office) => office.load(),
-            Source::Folder(folder) => folder.load(),
+            Source::Folder(folder) => folder.load(limit),
         }
     }
 }
@@ -176,15 +180,16 @@ mod tests {
         let read =
             |text: &str| Source::from_table(&toml::from_str(text).expect("TOML"), file).expect("a world");
         let source = read("[world]\nname = \"fmrb\"\nframes = 1");
-        let cases = source.load().expect("in range");
+        let cases = source.load(u64::MAX).expect("in range");
         assert!(source.has_holdout() && cases.validation.is_some() && cases.holdout.is_some());
         let table = source.to_table(&cases).expect("a table");
         let again = Source::from_table(&table, file).expect("the same");
         assert_eq!(again, source);
         // a resume loads the same, and would notice others
-        again.load().expect("in range").check(&table, file).expect("nothing has changed");
-        let other =
-            read("[world]\nname = \"fmrb\"\nframes = 1\nholdout_building = 9").load().expect("in range");
+        again.load(u64::MAX).expect("in range").check(&table, file).expect("nothing has changed");
+        let other = read("[world]\nname = \"fmrb\"\nframes = 1\nholdout_building = 9")
+            .load(u64::MAX)
+            .expect("in range");
         assert!(other.check(&table, file).is_err());
         assert_eq!(read("[world]\nname = \"nsh\""), Source::world(World::Nsh));
         assert_eq!(Source::world(World::Nsh).name(), "nsh");

@@ -60,9 +60,9 @@ impl Folder {
         Ok(())
     }
 
-    /// Reads the images.
-    pub(super) fn load(&self) -> Result<Cases, CliError> {
-        let all = Dataset::load(&self.train)?;
+    /// Reads the images, each folder below `limit` bytes of memory.
+    pub(super) fn load(&self, limit: u64) -> Result<Cases, CliError> {
+        let all = Dataset::load_within(&self.train, limit)?;
         let unit = self.split_by.unwrap_or_else(|| all.unit());
         let gap = self.gap.unwrap_or(DEFAULT_GAP);
         let (mut train, mut holdout) = match (&self.train_match, &self.holdout_match) {
@@ -87,10 +87,10 @@ impl Folder {
             holdout = Some(take(&mut train, part)?);
         }
         if let Some(dir) = &self.holdout {
-            holdout = Some(Dataset::load(dir)?);
+            holdout = Some(Dataset::load_within(dir, limit)?);
         }
         let validation = match (&self.validation, &self.validation_match, &self.validation_part) {
-            (Some(dir), ..) => Some(Dataset::load(dir)?),
+            (Some(dir), ..) => Some(Dataset::load_within(dir, limit)?),
             (None, Some(glob), _) => {
                 let (rest, part) = train.split_off(glob)?;
                 train = rest;

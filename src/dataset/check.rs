@@ -18,7 +18,8 @@ use super::constants::{BestConstant, Constants, Score, TOLERANCE};
 use super::copies::Copies;
 use super::deeper::Deeper;
 use super::fault::Fault;
-use super::{Dataset, scan};
+use super::{Dataset, reading, scan};
+use crate::memory;
 
 /// Rows of image a bin of the histogram covers.
 const BIN: u32 = 20;
@@ -115,7 +116,12 @@ pub struct CheckReport {
 ///
 /// Nothing is an error here: a folder that does not exist gives a report with that fault.
 pub fn check(dir: impl AsRef<Path>) -> CheckReport {
-    let scan = scan::scan(dir.as_ref());
+    check_within(dir, memory::default_limit())
+}
+
+/// The same, with the images and their decoding below so many bytes of memory; that they would take more is a fault.
+pub fn check_within(dir: impl AsRef<Path>, limit: u64) -> CheckReport {
+    let scan = scan::scan(dir.as_ref(), limit);
     let set = scan.sound.as_ref();
     let constants = set.map(|s| Constants::learn(s, TOLERANCE));
     CheckReport {
@@ -133,7 +139,7 @@ pub fn check(dir: impl AsRef<Path>) -> CheckReport {
         constant_per_column: set.zip(constants.as_ref()).map(|(s, c)| c.score(s)),
         unlabelled: scan.unlabelled,
         in_subfolders: scan.in_subfolders,
-        turned: set.map_or_else(Vec::new, |set| scan::turned(dir.as_ref(), set)),
+        turned: set.map_or_else(Vec::new, |set| reading::turned(dir.as_ref(), set)),
         copies: set.map_or_else(Vec::new, Copies::find),
         faults: scan.faults,
     }

@@ -3,10 +3,10 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use image::ImageFormat;
 use serde::Serialize;
 
 use super::scan::IMAGES;
+use crate::frames::folder::{is_hidden, is_image};
 
 /// Files and folders that are looked at, so that somebody's whole disk is not.
 const LOOKED_AT: usize = 100_000;
@@ -43,7 +43,7 @@ impl Deeper {
                 }
                 let (path, leaf) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
                 let Ok(kind) = entry.file_type() else { continue };
-                if leaf.starts_with('.') {
+                if is_hidden(&path) {
                     continue;
                 }
                 if kind.is_dir() {
@@ -52,7 +52,7 @@ impl Deeper {
                     let top = shown.is_empty() && leaf == IMAGES;
                     let begin = if top { String::new() } else { format!("{begin}{leaf}/") };
                     places.push((path, below, begin));
-                } else if !at_top && ImageFormat::from_path(&path).is_ok() {
+                } else if !at_top && is_image(&path) {
                     // What is below `images` may be named with it or without.
                     let names = [format!("{begin}{leaf}"), format!("{shown}{leaf}")];
                     found.images += usize::from(!names.iter().any(|name| is_named(name)));
@@ -96,9 +96,17 @@ mod tests {
     fn what_is_deeper_is_counted_unless_it_is_named() {
         let dir = tempfile::tempdir().expect("a temporary folder");
         let root = dir.path();
-        for file in
-            ["a.png", "images/b.png", "images/c/d.png", "e/f/g.JPG", "e/f/h.txt", "e/i.png", ".j/k.png"]
-        {
+        for file in [
+            "a.png",
+            "images/b.png",
+            "images/c/d.png",
+            "e/f/g.JPG",
+            "e/f/h.txt",
+            "e/i.png",
+            ".j/k.png",
+            "e/._i.png",
+            "e/@eaDir/i.png",
+        ] {
             let path = root.join(file);
             fs::create_dir_all(path.parent().expect("a folder")).expect("writable");
             fs::write(path, "").expect("writable");

@@ -14,6 +14,8 @@ use std::path::{Path, PathBuf};
 
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
+use crate::memory::gib;
+
 /// Where a fault was found. Orders as a reader meets them: the folder, then line by line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Place {
@@ -62,6 +64,40 @@ pub enum FaultKind {
     /// The folder is not there, or is no folder.
     #[error("there is no folder {}", .0.display())]
     NoFolder(PathBuf),
+    /// A folder cannot be searched, so that nothing in it can be found.
+    #[error(
+        "the folder {} cannot be searched{}: {cause}; check its permissions, and whether its disk is there",
+        .folder.display(), looked_for(*.images)
+    )]
+    NoAccess {
+        /// The folder.
+        folder: PathBuf,
+        /// The system's error.
+        cause: String,
+        /// How many images of the table are looked for in it.
+        images: usize,
+    },
+    /// Decoding the images would take more memory than is allowed.
+    #[error(
+        "the {images} image(s) take about {} GiB of memory while they are read, and the limit is {} GiB; the largest, \
+         `{largest}`, has {width}x{height} pixels: scale the images down (`vsonar data resize`), use fewer, or raise the \
+         limit (`--memory {}`)",
+        gib(*.needed), gib(*.limit), gib(*.needed)
+    )]
+    Memory {
+        /// How many images there are.
+        images: usize,
+        /// Bytes that are needed.
+        needed: u64,
+        /// Bytes that are allowed.
+        limit: u64,
+        /// The name of the largest image.
+        largest: String,
+        /// Its width in pixels.
+        width: u32,
+        /// Its height in pixels.
+        height: u32,
+    },
     /// The folder has no `labels.csv`.
     #[error("{} is missing; it needs the header `image,x,y` and a row for each case (`vsonar label` makes it)", .0.display())]
     NoTable(PathBuf),
@@ -196,6 +232,8 @@ impl FaultKind {
     pub fn code(&self) -> &'static str {
         match self {
             FaultKind::NoFolder(_) => "no-folder",
+            FaultKind::NoAccess { .. } => "no-access",
+            FaultKind::Memory { .. } => "memory",
             FaultKind::NoTable(_) => "no-table",
             FaultKind::Table(_) => "table",
             FaultKind::Header { .. } => "header",
@@ -228,6 +266,14 @@ impl Serialize for Fault {
         out.serialize_field("kind", self.kind.code())?;
         out.serialize_field("message", &self.kind.to_string())?;
         out.end()
+    }
+}
+
+fn looked_for(images: usize) -> String {
+    match images {
+        0 => String::new(),
+        1 => " for an image of the table".to_string(),
+        images => format!(" for {images} images of the table"),
     }
 }
 

@@ -32,6 +32,7 @@ use std::sync::Arc;
 use image::GrayImage;
 use rayon::prelude::*;
 
+use crate::memory;
 use crate::vision::{CaseSet, Lane, Planes, WindowSums};
 
 mod between;
@@ -44,6 +45,7 @@ pub(crate) mod image_name;
 pub mod import;
 mod part;
 mod pixels;
+mod reading;
 mod save;
 pub(crate) mod scan;
 mod sequence;
@@ -54,12 +56,13 @@ mod transform;
 mod transience;
 mod variation;
 
-pub use check::{CheckReport, ColumnReport, Distribution, check};
+pub use check::{CheckReport, ColumnReport, Distribution, check, check_within};
 pub use constants::{BestConstant, Constants, Score, TOLERANCE, best_constant};
 pub use copies::Copies;
 pub use deeper::Deeper;
 pub use fault::{DatasetError, Fault, FaultKind, Place};
 pub use part::{DEFAULT_GAP, ParsePartError, Part, Unit};
+pub use reading::any_colour;
 pub use save::SaveError;
 pub use sequence::Sequence;
 pub use split::SplitError;
@@ -99,6 +102,7 @@ pub struct Dataset {
     cases: Vec<Case>,
     /// The groups of images, by their names, where there are any.
     groups: BTreeMap<String, String>,
+    has_colour: bool,
 }
 
 impl Dataset {
@@ -125,7 +129,22 @@ impl Dataset {
     /// # Errors
     /// [`DatasetError::Folder`] with every fault found; [`check`] gives the same faults as a report.
     pub fn load(dir: impl AsRef<std::path::Path>) -> Result<Dataset, DatasetError> {
-        scan::scan(dir.as_ref()).into_dataset()
+        Dataset::load_within(dir, memory::default_limit())
+    }
+
+    /// The same, with the images and their decoding below so many bytes of memory. Their headers are read first; if they
+    /// would take more, no pixel is decoded.
+    ///
+    /// # Errors
+    /// As [`Dataset::load`].
+    pub fn load_within(dir: impl AsRef<std::path::Path>, limit: u64) -> Result<Dataset, DatasetError> {
+        scan::scan(dir.as_ref(), limit).into_dataset()
+    }
+
+    /// Whether any of the files that the images are from has pixels in colour, whose gray depends on the weights of
+    /// [`gray`](crate::vision::gray).
+    pub fn has_colour(&self) -> bool {
+        self.has_colour
     }
 
     /// The set's name: that of its folder, unless it was made otherwise.

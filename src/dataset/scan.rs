@@ -10,14 +10,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use image::GrayImage;
-use rayon::prelude::*;
 
 use super::deeper::Deeper;
 use super::fault::{DatasetError, Fault, FaultKind, Place};
-use super::image_name::{identity, image_path, is_confined};
+use super::image_name::{identity, is_confined};
+use super::reading::{no_access, read_images, unlabelled};
 use super::table::{LabelTable, Named, Row, read_table};
 use super::{Case, Dataset, NamedImage};
-use crate::vision::{ImageError, is_turned, load_gray};
 use vsonar_ir::Program;
 
 /// Name of the table in a folder.
@@ -58,30 +57,36 @@ struct Picture {
     pixels: Option<GrayImage>,
 }
 
-/// Reads the folder. Never fails: what is wrong is in `faults`, sorted by place.
-pub(super) fn scan(dir: &Path) -> Scan {
+/// Reads the folder, with its images below `limit` bytes of memory. Never fails: what is wrong is in `faults`, sorted by
+/// place.
+pub(super) fn scan(dir: &Path, limit: u64) -> Scan {
     let name = folder_name(dir);
     let mut faults = Vec::new();
-    let LabelTable { images: named, spellings, rows, count: row_count, .. } = if !dir.is_dir() {
+    let LabelTable { images: named, spellings, rows, count: row_count, .. } = if let Some(kind) =
+        no_access(dir, &dir.join(TABLE))
+    {
+        faults.push(Fault { at: Place::Set, kind });
+        LabelTable::default()
+    } else if !dir.is_dir() {
         faults.push(Fault { at: Place::Set, kind: FaultKind::NoFolder(dir.into()) });
         LabelTable::default()
     } else {
         read_table(dir, &dir.join(TABLE), &mut faults)
     };
-    let found: Vec<Result<GrayImage, FaultKind>> =
-        named.par_iter().map(|image| read_image(dir, &image.name)).collect();
+    let found = read_images(dir, &named, limit, &mut faults);
     let mut pictures = Vec::with_capacity(named.len());
-    let mut groups = BTreeMap::new();
+    let (mut groups, mut has_colour) = (BTreeMap::new(), false);
     for (Named { at, name, group }, found) in named.into_iter().zip(found) {
-        let pixels = found.map_err(|kind| faults.push(Fault { at, kind })).ok();
+        has_colour |= found.as_ref().is_some_and(|image| image.has_colour);
         groups.extend(group.map(|group| (name.clone(), group)));
-        pictures.push(Picture { at, name, pixels });
+        pictures.push(Picture { at, name, pixels: found.map(|image| image.pixels) });
     }
-    let unlabelled = unlabelled(dir, &pictures);
+    let named = pictures.iter().map(|p| identity(dir, &p.name)).collect();
+    let unlabelled = unlabelled(dir, &named);
     let in_subfolders = Deeper::find(dir, |name| spellings.contains_key(name));
     let images_named = pictures.len();
     let sound = examine(name.clone(), pictures, rows, &mut faults);
-    let sound = sound.map(|set| Dataset { groups: set.kept(&groups), ..set });
+    let sound = sound.map(|set| Dataset { groups: set.kept(&groups), has_colour, ..set });
     faults.sort_by_key(|f| f.at);
     Scan { dir: dir.into(), name, images_named, rows: row_count, unlabelled, in_subfolders, faults, sound }
 }
@@ -133,38 +138,6 @@ pub(super) fn assemble(
 pub(super) fn folder_name(dir: &Path) -> String {
     let named = |p: &Path| p.file_name().map(|n| n.to_string_lossy().into_owned());
     named(dir).or_else(|| named(&dir.canonicalize().ok()?)).unwrap_or_else(|| "data".into())
-}
-
-/// The images of a set from this folder with a tag that asks viewers to turn them.
-pub(super) fn turned(dir: &Path, set: &Dataset) -> Vec<String> {
-    let names: Vec<&str> = set.images.iter().map(|image| image.name.as_str()).collect();
-    let turned = |name: &&str| image_path(dir, name).is_some_and(|path| is_turned(&path));
-    names.into_par_iter().filter(turned).map(String::from).collect()
-}
-
-fn read_image(dir: &Path, name: &str) -> Result<GrayImage, FaultKind> {
-    let path = image_path(dir, name).ok_or_else(|| FaultKind::MissingImage(name.into()))?;
-    let image = name.to_owned();
-    load_gray(&path).map_err(|e| match e {
-        ImageError::TooSmall { width, height, .. } => FaultKind::Small { image, width, height },
-        other => FaultKind::Image { image, cause: other.to_string() },
-    })
-}
-
-/// Files in the folder and in its subfolder that look like images by their names and that no row mentions.
-fn unlabelled(dir: &Path, pictures: &[Picture]) -> Vec<String> {
-    let named: std::collections::BTreeSet<PathBuf> =
-        pictures.iter().map(|p| identity(dir, &p.name)).collect();
-    let files = |dir: PathBuf| dir.read_dir().into_iter().flatten().flatten().map(|entry| entry.path());
-    let mut out: Vec<String> = files(dir.join(IMAGES))
-        .chain(files(dir.into()))
-        .filter(|path| image::ImageFormat::from_path(path).is_ok() && path.is_file())
-        .filter_map(|path| path.file_name().map(|n| n.to_string_lossy().into_owned()))
-        .filter(|name| !named.contains(&identity(dir, name)))
-        .collect();
-    out.sort_unstable();
-    out.dedup();
-    out
 }
 
 /// The size most images have; of equally frequent ones that met first.
@@ -261,6 +234,6 @@ fn sound(
         place[case.image] = Some(new);
         case.image = new;
     }
-    let groups = BTreeMap::new();
-    (!cases.is_empty()).then_some(Dataset { name, width, height, images, cases, groups })
+    let (groups, has_colour) = (BTreeMap::new(), false);
+    (!cases.is_empty()).then_some(Dataset { name, width, height, images, cases, groups, has_colour })
 }

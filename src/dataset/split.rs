@@ -126,7 +126,15 @@ impl Dataset {
         let cases = self.cases.iter();
         let cases = cases.filter_map(|&c| Some(super::Case { image: place[c.image]?, ..c })).collect();
         let groups = BTreeMap::new();
-        let set = Dataset { name, width: self.width, height: self.height, images, cases, groups };
+        let set = Dataset {
+            name,
+            images,
+            cases,
+            groups,
+            has_colour: self.has_colour,
+            width: self.width,
+            height: self.height,
+        };
         (!set.images.is_empty()).then(|| Dataset { groups: set.kept(&self.groups), ..set })
     }
 

@@ -1,9 +1,9 @@
 //! The images of a folder as frames, in the order in which people number them.
 
 use std::cmp::Ordering;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use std::{fs, io};
 
 use image::{GrayImage, ImageFormat};
 
@@ -30,9 +30,14 @@ impl Folder {
     /// If the folder or its first image cannot be read, or there is no image.
     pub fn open(path: &Path) -> Result<Folder, FrameError> {
         let fail = |fault| FrameError { origin: path.display().to_string(), frame: None, fault };
+        let images = |folder: &Path| -> io::Result<Vec<PathBuf>> {
+            Ok(images(folder)?.into_iter().filter(|path| path.is_file()).collect())
+        };
         let mut files = images(path).map_err(|e| fail(FrameFault::Read(e)))?;
-        if files.is_empty() {
-            files = images(&path.join("images")).unwrap_or_default();
+        let below = path.join("images");
+        if files.is_empty() && below.symlink_metadata().is_ok() {
+            let fail = |e| FrameError { origin: below.display().to_string(), ..fail(FrameFault::Read(e)) };
+            files = images(&below).map_err(fail)?;
         }
         if files.is_empty() {
             return Err(fail(FrameFault::NoImages));
@@ -55,14 +60,29 @@ impl Folder {
     }
 }
 
-/// The image files right in a folder, in natural order.
-fn images(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+/// Names of files and folders that systems leave among images: copies of other images, or no images at all.
+const LEFT_BY_SYSTEMS: [&str; 2] = ["__MACOSX", "@eaDir"];
+
+/// Whether a file or folder does not count wherever images are looked for: its name begins with a dot, as the companions
+/// `._NAME` of files do that macOS copies, or it is a folder that systems fill by themselves.
+pub(crate) fn is_hidden(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default();
+    name.as_encoded_bytes().starts_with(b".") || LEFT_BY_SYSTEMS.iter().any(|left| name == *left)
+}
+
+/// Whether a file counts as an image by its name.
+pub(crate) fn is_image(path: &Path) -> bool {
+    !is_hidden(path) && ImageFormat::from_path(path).is_ok()
+}
+
+/// What is right in a folder and counts as an image by its name, in natural order; no folders, but perhaps links that
+/// lead nowhere.
+pub(crate) fn images(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut named = Vec::new();
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if !name.starts_with('.') && ImageFormat::from_path(&path).is_ok() && path.is_file() {
-            named.push((name, path));
+        if is_image(&path) && !path.is_dir() {
+            named.push((path.file_name().unwrap_or_default().to_string_lossy().into_owned(), path));
         }
     }
     named.sort_by(|(a, _), (b, _)| natural(a, b));
@@ -176,7 +196,8 @@ mod tests {
 
     #[test]
     fn images_follow_each_other() {
-        let dir = folder(&[("f10.png", 17), ("f9.bmp", 17), (".f1.png", 17), ("sub/f1.png", 17)]);
+        let dir =
+            folder(&[("f10.png", 17), ("f9.bmp", 17), (".f1.png", 17), ("._f9.bmp", 17), ("sub/f1.png", 17)]);
         fs::write(dir.path().join("labels.csv"), "image,x,y\n").expect("writable");
         let mut source = Folder::open(dir.path()).expect("sound");
         assert_eq!((source.width(), source.height(), source.rate()), (17, 16, None));

@@ -1,16 +1,17 @@
 //! The images of a folder that can be labelled, and those that cannot.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::ErrorKind::{NotADirectory, NotFound};
 use std::path::{Path, PathBuf};
 
-use image::ImageFormat;
 use rayon::prelude::*;
 
-use crate::dataset::Deeper;
 use crate::dataset::image_name::{is_confined, plain_name};
 use crate::dataset::scan::IMAGES;
-use crate::frames::folder::natural;
-use crate::vision::{is_turned, load_gray};
+use crate::dataset::{Deeper, FaultKind};
+use crate::frames::folder::{images, natural};
+use crate::memory::{default_limit, stretches};
+use crate::vision::{ImageError, ImageHeader, is_turned, load_gray};
 
 /// An image file that cannot be labelled.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -47,13 +48,16 @@ pub(super) struct Images {
 impl Images {
     /// The images right in the folder and in its subfolder `images`, and those that the table names, each by its one name.
     /// `dir` is without links; a file that is outside of it is left out, as is one of another size than most.
-    pub(super) fn find(dir: &Path, named: &BTreeSet<String>) -> Images {
-        let (listed, mut left_out) = listed(dir);
+    ///
+    /// # Errors
+    /// If one of the folders cannot be read.
+    pub(super) fn find(dir: &Path, named: &BTreeSet<String>) -> Result<Images, FaultKind> {
+        let (listed, mut left_out) = listed(dir)?;
         let in_subfolders = Deeper::find(dir, |name| named.contains(name));
         let listed: BTreeSet<String> = listed.iter().map(|name| plain_name(dir, name)).collect();
         let mut names: Vec<String> = listed.union(named).cloned().collect();
         names.sort_by(|a, b| natural(a, b));
-        let found: Vec<Examined> = names.into_par_iter().map(|name| examine(dir, name)).collect();
+        let found = examine(dir, names);
         let mut sound = Vec::new();
         for found in found {
             match found {
@@ -78,31 +82,33 @@ impl Images {
                 left_out.push(LeftOut { name: picture.name, why });
             }
         }
-        Images { pictures, width, height, left_out, in_subfolders }
+        Ok(Images { pictures, width, height, left_out, in_subfolders })
     }
 }
 
 /// Names of the files that look like images; those that are no text cannot stand in a table.
-fn listed(dir: &Path) -> (BTreeSet<String>, Vec<LeftOut>) {
-    let files = |dir: PathBuf| dir.read_dir().into_iter().flatten().flatten();
+fn listed(dir: &Path) -> Result<(BTreeSet<String>, Vec<LeftOut>), FaultKind> {
     let (mut names, mut left_out) = (BTreeSet::new(), Vec::new());
-    for entry in files(dir.join(IMAGES)).chain(files(dir.into())) {
-        let path = entry.path();
-        if ImageFormat::from_path(&path).is_err() || path.is_dir() {
-            continue;
-        }
-        let (name, shown) = (entry.file_name(), entry.file_name().to_string_lossy().into_owned());
-        match name.into_string() {
-            _ if shown.starts_with('.') => {}
-            Ok(name) => drop(names.insert(name)),
-            Err(_) => {
-                let why = "the name is not UTF-8; rename the file".to_string();
-                left_out.push(LeftOut { name: shown, why });
+    for folder in [dir.join(IMAGES), dir.into()] {
+        let files = match images(&folder) {
+            Err(error) if folder != dir && matches!(error.kind(), NotFound | NotADirectory) => continue,
+            files => {
+                files.map_err(|error| FaultKind::NoAccess { folder, cause: error.to_string(), images: 0 })?
+            }
+        };
+        for path in files {
+            let name = path.file_name().unwrap_or_default();
+            match name.to_str() {
+                Some(name) => drop(names.insert(name.to_string())),
+                None => {
+                    let why = "the name is not UTF-8; rename the file".to_string();
+                    left_out.push(LeftOut { name: name.to_string_lossy().into_owned(), why });
+                }
             }
         }
     }
     left_out.sort_by(|a, b| natural(&a.name, &b.name));
-    (names, left_out)
+    Ok((names, left_out))
 }
 
 /// Where the image of this name is, without links, if it is in the folder.
@@ -124,13 +130,33 @@ pub(super) fn confined(dir: &Path, name: &str) -> Result<PathBuf, String> {
 /// An image with its width and height, or why it cannot be labelled.
 type Examined = Result<(Picture, (u32, u32)), LeftOut>;
 
-fn examine(dir: &Path, name: String) -> Examined {
-    let found = confined(dir, &name).and_then(|path| match load_gray(&path) {
-        Ok(image) => Ok((path, image.dimensions())),
-        Err(error) => Err(error.to_string()),
-    });
-    match found {
-        Ok((path, size)) => Ok((Picture { name, turned: is_turned(&path), path }, size)),
-        Err(why) => Err(LeftOut { name, why }),
+/// Looks at images. Each is decoded, to find damage, as many at a time as fit into memory.
+fn examine(dir: &Path, names: Vec<String>) -> Vec<Examined> {
+    let header = |name: &String| {
+        let path = confined(dir, name)?;
+        let header = ImageHeader::read(&path).map_err(|error| error.to_string())?;
+        Ok::<_, String>((path, header))
+    };
+    let headers: Vec<_> = names.par_iter().map(header).collect();
+    let memory = |header: &Result<(PathBuf, ImageHeader), String>| {
+        header.as_ref().map_or(0, |(_, header)| header.memory_needed())
+    };
+    let costs: Vec<u64> = headers.iter().map(memory).collect();
+    let mut images: Vec<_> = names.into_iter().zip(headers).collect();
+    let decoded = |(name, header): (String, Result<(PathBuf, ImageHeader), String>)| {
+        let looked_at = header.and_then(|(path, _)| {
+            let image = load_gray(&path).map_err(|error: ImageError| error.to_string())?;
+            Ok((path, image.dimensions()))
+        });
+        match looked_at {
+            Ok((path, size)) => Ok((Picture { name, turned: is_turned(&path), path }, size)),
+            Err(why) => Err(LeftOut { name, why }),
+        }
+    };
+    let mut examined = Vec::with_capacity(images.len());
+    for stretch in stretches(&costs, default_limit()) {
+        let part: Vec<_> = images.drain(..stretch.len()).collect();
+        examined.par_extend(part.into_par_iter().map(decoded));
     }
+    examined
 }

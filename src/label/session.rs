@@ -91,14 +91,17 @@ impl Session {
     /// If there is no such folder or nothing to be labelled in it, it cannot be written, its table is faulty or has
     /// labels outside of the images, the columns are not inside the images.
     pub fn open(dir: &Path, columns: &Columns) -> Result<Session, SessionError> {
-        let fault = |dir: &Path| Fault { at: Place::Set, kind: FaultKind::NoFolder(dir.into()) };
-        let no_folder =
-            || SessionError::Folder(DatasetError::Folder { dir: dir.into(), faults: vec![fault(dir)] });
+        let faulty = |kind| {
+            let faults = vec![Fault { at: Place::Set, kind }];
+            SessionError::Folder(DatasetError::Folder { dir: dir.into(), faults })
+        };
+        let no_folder = || faulty(FaultKind::NoFolder(dir.into()));
         let real = dir.canonicalize().ok().filter(|real| real.is_dir()).ok_or_else(no_folder)?;
         let mut store = Store::new(&real)?;
         let contents = store.load()?;
         let named: BTreeSet<String> = contents.table.images().map(String::from).collect();
-        let Images { pictures, width, height, left_out, in_subfolders } = Images::find(&real, &named);
+        let Images { pictures, width, height, left_out, in_subfolders } =
+            Images::find(&real, &named).map_err(faulty)?;
         if pictures.is_empty() {
             return Err(SessionError::NoImages { dir: dir.into(), left_out, in_subfolders });
         }

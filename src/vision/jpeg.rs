@@ -1,8 +1,90 @@
-//! Where the picture of a JPEG file ends.
+//! JPEG files: their own luma, and where their pictures end.
 //!
-//! The decoder goes without the end of a picture, and fills what is missing with gray, which would train
-//! detectors on pictures that no camera took. Whether a file is whole is therefore found here, by its markers
-//! (ITU-T T.81, annex B).
+//! Most JPEG files store Y'CbCr, and their Y' is the gray of BT.601 that a detector wants, before any rounding to RGB.
+//! The decoder is therefore asked for what is stored.
+//!
+//! It also goes without the end of a picture, and fills what is missing with gray, which would train detectors on
+//! pictures that no camera took. Whether a file is whole is found here, by its markers (ITU-T T.81, annex B).
+
+use std::io::{BufRead, Cursor, Seek};
+
+use image::error::{DecodingError, ImageFormatHint, UnsupportedError, UnsupportedErrorKind};
+use image::{GrayImage, ImageError, ImageFormat};
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::errors::DecodeErrors;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+use super::gray::{DecodedImage, luma};
+
+/// Width, height and samples a pixel of a picture, without decoding it.
+pub(super) fn header(file: impl BufRead + Seek) -> Result<(u32, u32, u32), ImageError> {
+    let mut decoder = JpegDecoder::new_with_options(file, options());
+    decoder.decode_headers().map_err(failed)?;
+    let info = decoder.info().ok_or_else(|| failed(DecodeErrors::FormatStatic("no picture")))?;
+    Ok((info.width.into(), info.height.into(), info.components.into()))
+}
+
+/// Decodes a picture.
+pub(super) fn decode(file: &[u8]) -> Result<Samples, ImageError> {
+    let mut decoder = JpegDecoder::new_with_options(Cursor::new(file), options());
+    decoder.decode_headers().map_err(failed)?;
+    let stored = decoder.input_colorspace().unwrap_or(ColorSpace::Unknown);
+    let space = match stored {
+        ColorSpace::Luma | ColorSpace::YCbCr | ColorSpace::RGB => stored,
+        _ => ColorSpace::RGB,
+    };
+    decoder.set_options(decoder.options().jpeg_set_out_colorspace(space));
+    let samples = decoder.decode().map_err(failed)?;
+    let (width, height) = decoder.dimensions().unwrap_or_default();
+    Ok(Samples { width: width as u32, height: height as u32, space, samples })
+}
+
+fn options() -> DecoderOptions {
+    // Sizes are judged by the caller.
+    DecoderOptions::default().set_strict_mode(false).set_max_width(usize::MAX).set_max_height(usize::MAX)
+}
+
+fn failed(error: DecodeErrors) -> ImageError {
+    let jpeg = ImageFormatHint::Exact(ImageFormat::Jpeg);
+    match error {
+        DecodeErrors::Unsupported(kind) => {
+            let kind = UnsupportedErrorKind::GenericFeature(format!("{kind:?}"));
+            ImageError::Unsupported(UnsupportedError::from_format_and_kind(jpeg, kind))
+        }
+        error => ImageError::Decoding(DecodingError::new(jpeg, error)),
+    }
+}
+
+/// A decoded picture: the samples of each pixel one after the other, in gray, Y'CbCr or RGB.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Samples {
+    width: u32,
+    height: u32,
+    space: ColorSpace,
+    samples: Vec<u8>,
+}
+
+impl Samples {
+    /// The picture in gray: its own luma where it has one.
+    pub(super) fn into_gray(self) -> DecodedImage {
+        let Samples { width, height, space, samples } = self;
+        let triples = samples.as_chunks::<3>().0;
+        let (gray, has_colour) = match space {
+            ColorSpace::YCbCr => (
+                triples.iter().map(|&[y, _, _]| y).collect(),
+                triples.iter().any(|&[_, blue, red]| (blue, red) != (128, 128)),
+            ),
+            ColorSpace::RGB => (
+                triples.iter().map(|&[red, green, blue]| luma(red, green, blue)).collect(),
+                triples.iter().any(|&[red, green, blue]| red != green || green != blue),
+            ),
+            _ => (samples, false),
+        };
+        let pixels = GrayImage::from_raw(width, height, gray).unwrap_or_default();
+        DecodedImage { pixels, has_colour }
+    }
+}
 
 /// The code of a marker, the byte behind FF.
 mod code {

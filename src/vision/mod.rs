@@ -6,7 +6,8 @@
 //!                  executors <── arenas of strips, 128 fitness cases a group ── CaseSet
 //! ```
 //!
-//! * [`gray`]: files of any format to 8-bit gray;
+//! * [`file`]: image files of any format, what their headers say and their pixels;
+//! * [`gray`]: colour and deep samples to 8-bit gray, by the weights of BT.601;
 //! * [`planes`]: the eight image operators at every pixel;
 //! * [`sums`]: window averages in constant time, exact;
 //! * [`strips`]: fitness cases as lanes, and the window averages of whole columns laid out for them.
@@ -38,15 +39,20 @@
 //! ```
 
 pub mod arena;
+mod error;
+pub mod file;
 pub mod gray;
 mod jpeg;
 pub mod planes;
 mod strip_cache;
 pub mod strips;
 pub mod sums;
+pub(crate) mod tiff;
 
 pub use arena::Arena;
-pub use gray::{ImageError, decode_gray, is_turned, is_turned_bytes, load_gray, to_gray};
+pub use error::ImageError;
+pub use file::{ImageHeader, decode, decode_gray, is_turned, is_turned_bytes, load, load_gray};
+pub use gray::{DecodedImage, GRAY_WEIGHTS, to_gray};
 pub use planes::Planes;
 pub use strip_cache::CachedStrips;
 pub use strips::{CaseSet, CaseSetError, LANES, Lane, arena_len, strip_len};

@@ -290,3 +290,60 @@ fn names_that_are_no_text_are_left_out() {
     assert!(said.contains("left out  1\n") && said.contains("its name is not UTF-8"), "{said}");
     assert!(plain(&said), "{said:?}");
 }
+
+/// A floor between a soft edge above and one below, as smoothing a mask of 0 and 255 leaves it.
+fn smoothed() -> GrayImage {
+    let edge = [80, 175, 231, 247, 255];
+    GrayImage::from_fn(64, 48, |_, y| {
+        let level = match y {
+            0..16 => 0,
+            16..21 => edge[y as usize - 16],
+            21..44 => 255,
+            _ => [247, 231, 175, 80][y as usize - 44],
+        };
+        image::Luma([level])
+    })
+}
+
+#[test]
+fn values_in_no_class_are_counted_and_reported() {
+    let place = place(0);
+    std::fs::create_dir(place.path("masks")).expect("writable");
+    GrayImage::new(64, 48).save(place.path("photos/a.png")).expect("writable");
+    smoothed().save(place.path("masks/a.png")).expect("writable");
+    let import = |flags: &[&str]| {
+        place.ok(&[&["data", "import", "masks", "photos", "masks", "--columns", "3,15"], flags].concat())
+    };
+    let said = import(&["--ground", "255", "--out", "o1"]);
+    assert!(said.contains("values    255 (ground, 50.0 %), 0 (obstacle, 33.3 %)\n"), "{said}");
+    assert!(said.contains("note: 16 pixels (16.7 %) have values in no class"), "{said}");
+    assert!(said.contains("80, 175, 231, 247 (4 values)"), "{said}");
+    // Classes that are named are all there are; what is ignored is named too.
+    let said = import(&["--ground", "255", "--obstacle", "0", "--ignore", "80,175,231", "--out", "o2"]);
+    assert!(
+        said.contains("4 pixels (4.2 %) have values in no class") && said.contains("247 (1 value)"),
+        "{said}"
+    );
+    let said = import(&["--ground", "255,80,175,231,247", "--obstacle", "0", "--out", "o3"]);
+    assert!(!said.contains("in no class"), "{said}");
+    // Rare classes of whole areas are none that are missing.
+    GrayImage::from_fn(64, 48, |x, y| image::Luma([if y > 30 { 7 } else { (x / 8 + y / 4) as u8 + 20 }]))
+        .save(place.path("masks/a.png"))
+        .expect("writable");
+    let said = import(&["--ground", "7", "--out", "o4"]);
+    assert!(said.contains("values    7 (ground") && !said.contains("in no class"), "{said}");
+    let json = import(&["--ground", "7", "--obstacle", "20,21", "--out", "o5", "--json"]);
+    let summary: Value = serde_json::from_str(&json).expect("JSON");
+    let values = &summary["values"];
+    assert_eq!((&values["pixels"], &values["values"][0]["class"]), (&96.into(), &"ground".into()));
+    assert_eq!(values["in_no_class"], 96 - 2 * 17 - (8 + 4), "{values}");
+    for (flags, said) in
+        [(["--obstacle", "#000000"], "--obstacle: give numbers"), (["--obstacle", "7"], "7 is ground too")]
+    {
+        let arguments =
+            [&["data", "import", "masks", "photos", "masks", "--ground", "7", "--out", "x"], &flags[..]]
+                .concat();
+        let error = place.fails(2, &arguments);
+        assert!(error.contains(said), "{error}");
+    }
+}

@@ -166,8 +166,13 @@ impl<'a> Grid<'a> {
                 let other_holdout = row.holdout_fingerprint.is_some() && row.holdout_fingerprint != holdout;
                 let other_validation = row.validation_fingerprint != validation;
                 if row.train_fingerprint != train || other_validation || other_holdout {
-                    let text =
-                        format!("the images or labels of the data set `{}` were others then", data.name);
+                    let coloured = cases.train.has_colour();
+                    let gray =
+                        if coloured { " (colour became gray by other weights before BT.601)" } else { "" };
+                    let text = format!(
+                        "the images or labels of the data set `{}` were others then{gray}",
+                        data.name
+                    );
                     return Err(self.stale(results, row, &text));
                 }
             }

@@ -126,7 +126,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         return grid.list(&results, &folder, args.json);
     }
     spec.data.iter().try_for_each(there)?;
-    let sets: Vec<Cases> = spec.data.iter().map(load).collect::<Result<_, _>>()?;
+    let sets: Vec<Cases> = spec.data.iter().map(|data| load(data, args.memory)).collect::<Result<_, _>>()?;
     grid.check_data(&results, &sets)?;
     let executor = args.executor.make()?;
     let cores = Cores::new(args.jobs, args.threads, |threads| threads);
@@ -250,10 +250,10 @@ fn there(data: &spec::DataSet) -> Result<(), CliError> {
 }
 
 /// The cases of a data set.
-fn load(data: &spec::DataSet) -> Result<Cases, CliError> {
+fn load(data: &spec::DataSet, memory: MemoryArgs) -> Result<Cases, CliError> {
     let of = |text: String| format!("{}: data set `{}`: {text}", data.place, data.name);
     let apart = |cases: Cases| cases.check_apart().map(|()| cases);
-    data.source.load().and_then(apart).map_err(|error| match error {
+    data.source.load(memory.limit()).and_then(apart).map_err(|error| match error {
         CliError::Failed(text) => CliError::Failed(of(text)),
         CliError::Usage(text) => CliError::Usage(of(text)),
         other => other,

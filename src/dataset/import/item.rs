@@ -7,12 +7,12 @@ use std::sync::Arc;
 use image::GrayImage;
 use serde::Serialize;
 
-use super::mask::{Mask, surface};
-use super::{ImportError, Region, Surface, Value, Values, View, label, labelme};
-use crate::vision::{is_turned, load_gray};
+use super::mask::Mask;
+use super::{Classes, ImportError, Region, Surface, ValueCounts, View, label, labelme};
+use crate::vision::{ImageHeader, is_turned, load_gray};
 
-/// Most values of a mask that are remembered for a message.
-const VALUES: usize = 32;
+/// Bytes that an embedded picture is taken to need for each byte of its file.
+const EMBEDDED: u64 = 40;
 
 /// A picture to be imported.
 #[derive(Debug)]
@@ -59,8 +59,7 @@ impl Picture {
 pub(super) enum Ground {
     Mask {
         path: PathBuf,
-        ground: Arc<Values>,
-        ignored: Arc<Values>,
+        classes: Arc<Classes>,
     },
     /// Regions, each over those before it.
     Regions {
@@ -184,8 +183,8 @@ pub struct Labelled {
     pub undecided: usize,
     /// Whether any pixel of these columns is ground.
     pub any_ground: bool,
-    /// Some of the values that the mask has in these columns.
-    pub values: BTreeSet<Value>,
+    /// The values that the mask has in these columns, at the rows that the result shows.
+    pub values: ValueCounts,
 }
 
 impl Item {
@@ -209,9 +208,28 @@ impl Item {
     /// The size that the picture gets, in pixels.
     ///
     /// # Errors
-    /// If it cannot be read or decoded, or not be seen so.
+    /// If its header cannot be read, or it cannot be seen so.
     pub fn size(&self, view: &View) -> Result<(u32, u32), ImportError> {
-        self.size_of(view, self.picture()?.dimensions())
+        let size = match &self.picture {
+            Picture::File(path) => ImageHeader::read(path).map(|header| (header.width, header.height))?,
+            Picture::Embedded { .. } => self.picture()?.dimensions(),
+        };
+        self.size_of(view, size)
+    }
+
+    /// Bytes that reading the picture and its mask takes at most. What cannot be read counts as nothing.
+    pub fn memory_needed(&self) -> u64 {
+        let decoding = |path: &Path| ImageHeader::read(path).map_or(0, |header| header.memory_needed());
+        let picture = match &self.picture {
+            Picture::File(path) => decoding(path),
+            // Text, of which three quarters are an image; what that takes once decoded only its own header tells.
+            Picture::Embedded { path, .. } => path.metadata().map_or(0, |about| EMBEDDED * about.len()),
+        };
+        match &self.ground {
+            // A number of two bytes for each pixel, too.
+            Ground::Mask { path, .. } => picture.saturating_add(2 * decoding(path)),
+            Ground::Regions { .. } => picture,
+        }
     }
 
     fn size_of(&self, view: &View, original: (u32, u32)) -> Result<(u32, u32), ImportError> {
@@ -247,7 +265,7 @@ impl Item {
             labels: Vec::with_capacity(columns.len()),
             undecided: 0,
             any_ground: false,
-            values: BTreeSet::new(),
+            values: ValueCounts::default(),
         };
         let mut seen = Vec::with_capacity(ys.len());
         let mut note = |column: u32, seen: &[Surface]| {
@@ -258,18 +276,16 @@ impl Item {
             }
         };
         match &self.ground {
-            Ground::Mask { path, ground, ignored } => {
-                let mask = Mask::load(path, ground.are_colours())?;
+            Ground::Mask { path, classes } => {
+                let mask = Mask::load(path, classes.ground.are_colours())?;
                 fits(path, (mask.size().0.into(), mask.size().1.into()))?;
+                let mut values = Vec::with_capacity(ys.len());
                 for &column in columns {
+                    values.clear();
+                    values.extend(ys.iter().map(|&y| mask.value(xs[column as usize], y)));
+                    out.values.add(&values);
                     seen.clear();
-                    for &y in &ys {
-                        let value = mask.value(xs[column as usize], y);
-                        if out.values.len() < VALUES {
-                            out.values.insert(value);
-                        }
-                        seen.push(surface(value, ground, ignored));
-                    }
+                    seen.extend(values.iter().map(|&value| classes.surface(value)));
                     note(column, &seen);
                 }
             }

@@ -2,19 +2,21 @@
 
 use std::collections::BTreeSet;
 use std::fmt;
-use std::fs::File;
-use std::io::BufReader;
+use std::io::Cursor;
 use std::path::Path;
 use std::str::FromStr;
 
-use image::{DynamicImage, ImageFormat, ImageReader, RgbImage};
+use image::codecs::bmp::BmpDecoder;
+use image::{DynamicImage, ImageFormat, RgbImage};
 use png::{BitDepth, ColorType, Transformations};
-use vsonar_ir::Program;
 
-use super::{ImportError, Surface};
+use super::ImportError;
+use crate::vision::ImageError;
+use crate::vision::file::{checked_format, contents, samples};
+use crate::vision::tiff::Tags;
 
 /// Most bytes that decoding one mask may take.
-const MAX_BYTES: u64 = 512 << 20;
+const MAX_BYTES: usize = 512 << 20;
 
 /// What a pixel of a mask says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -87,39 +89,55 @@ pub(super) enum Mask {
 }
 
 impl Mask {
-    /// Reads a mask of colours, or one of numbers.
+    /// Reads a mask of colours, or one of numbers: those of a palette where the format keeps them (PNG, BMP, TIFF), else
+    /// the gray levels.
     pub(super) fn load(path: &Path, colours: bool) -> Result<Mask, ImportError> {
-        let opened = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
-        let mut reader = opened.map_err(|e| ImportError::read(path, e))?;
-        match reader.format() {
-            Some(ImageFormat::Png) if !colours => return ids_of_png(path),
-            Some(ImageFormat::Jpeg) => {
-                let text = "is a JPEG file, which does not keep values exactly; export the masks as PNG";
-                return Err(ImportError::mask(path, text));
+        let unreadable = |error| match error {
+            ImageError::Io { path, source } => ImportError::Read { path, source },
+            other => other.into(),
+        };
+        let file = contents(path).map_err(unreadable)?;
+        let format = checked_format(&file, path)?;
+        if is_lossy(format, &file) {
+            let text = "is compressed with loss, which does not keep values exactly; export the masks as PNG";
+            return Err(ImportError::mask(path, text));
+        }
+        match format {
+            ImageFormat::Png if !colours => return ids_of_png(path, &file),
+            ImageFormat::Bmp if !colours => {
+                if let Some(mask) = ids_of_bmp(path, &file)? {
+                    return Ok(mask);
+                }
+            }
+            ImageFormat::Tiff if !colours => {
+                if let Some(palette) = Tags::read(&file).and_then(|tags| tags.palette()) {
+                    let ((width, height), ids) = (palette.size(), palette.numbers(&file));
+                    let ids = ids.map_err(|error| damaged(path, &error))?;
+                    return Ok(Mask::Ids { width, height, ids });
+                }
             }
             _ => {}
         }
-        let mut limits = image::Limits::default();
-        limits.max_image_width = Some(Program::MAX_SIDE);
-        limits.max_image_height = Some(Program::MAX_SIDE);
-        limits.max_alloc = Some(MAX_BYTES);
-        reader.limits(limits);
-        let damaged = |e: image::ImageError| {
-            ImportError::mask(path, format!("{e}; the mask is damaged or too large, export it anew as PNG"))
+        let image = samples(&file, path)?;
+        let (width, height) = (image.width(), image.height());
+        let ids: Vec<u16> = match image {
+            image if colours => return Ok(Mask::Colours(image.into_rgb8())),
+            DynamicImage::ImageLuma8(gray) => gray.into_raw().into_iter().map(u16::from).collect(),
+            DynamicImage::ImageLuma16(gray) => gray.into_raw(),
+            DynamicImage::ImageLumaA8(gray) => gray.pixels().map(|pixel| pixel.0[0].into()).collect(),
+            DynamicImage::ImageLumaA16(gray) => gray.pixels().map(|pixel| pixel.0[0]).collect(),
+            // Formats without gray keep it as colour.
+            image @ (DynamicImage::ImageRgb8(_) | DynamicImage::ImageRgba8(_)) => {
+                let rgb = image.into_rgb8();
+                let gray = |pixel: &image::Rgb<u8>| {
+                    let [red, green, blue] = pixel.0;
+                    (red == green && green == blue).then_some(u16::from(red))
+                };
+                rgb.pixels().map(gray).collect::<Option<_>>().ok_or_else(|| in_colour(path))?
+            }
+            _ => return Err(in_colour(path)),
         };
-        let image = reader.decode().map_err(damaged)?;
-        match image {
-            image if colours => Ok(Mask::Colours(image.into_rgb8())),
-            DynamicImage::ImageLuma8(gray) => {
-                let (width, height) = gray.dimensions();
-                Ok(Mask::Ids { width, height, ids: gray.into_raw().into_iter().map(u16::from).collect() })
-            }
-            DynamicImage::ImageLuma16(gray) => {
-                let (width, height) = gray.dimensions();
-                Ok(Mask::Ids { width, height, ids: gray.into_raw() })
-            }
-            _ => Err(in_colour(path)),
-        }
+        Ok(Mask::Ids { width, height, ids })
     }
 
     pub(super) fn size(&self) -> (u32, u32) {
@@ -138,31 +156,61 @@ impl Mask {
     }
 }
 
-/// What a value stands for.
-pub(super) fn surface(value: Value, ground: &Values, ignored: &Values) -> Surface {
-    if ignored.0.contains(&value) {
-        Surface::Ignored
-    } else if ground.0.contains(&value) {
-        Surface::Ground
-    } else {
-        Surface::Other
-    }
-}
-
 fn in_colour(path: &Path) -> ImportError {
     ImportError::mask(path, "is in colour; say which colours are ground, as in --ground '#804080'")
 }
 
+fn damaged(path: &Path, error: &dyn fmt::Display) -> ImportError {
+    ImportError::mask(path, format!("{error}; the mask is damaged or cut off, export it anew"))
+}
+
+/// Whether a file is of a format that changes samples when it is written: JPEG, WebP and TIFF where they are lossy,
+/// textures, and floating point of shared exponents.
+fn is_lossy(format: ImageFormat, file: &[u8]) -> bool {
+    match format {
+        ImageFormat::Jpeg | ImageFormat::Dds | ImageFormat::Hdr => true,
+        ImageFormat::WebP => has_lossy_chunk(file.get(12..).unwrap_or_default()),
+        ImageFormat::Tiff => Tags::read(file).is_some_and(|tags| tags.is_lossy()),
+        _ => false,
+    }
+}
+
+/// Whether one of the chunks of a WebP file is a lossy bitstream, those of an animation included.
+fn has_lossy_chunk(mut chunks: &[u8]) -> bool {
+    while let Some((&[a, b, c, d, l0, l1, l2, l3], rest)) = chunks.split_first_chunk::<8>() {
+        let length = u32::from_le_bytes([l0, l1, l2, l3]) as usize;
+        let content = &rest[..length.min(rest.len())];
+        match &[a, b, c, d] {
+            b"VP8 " => return true,
+            // Of a frame, its chunks follow 16 bytes of numbers.
+            b"ANMF" if has_lossy_chunk(content.get(16..).unwrap_or_default()) => return true,
+            _ => {}
+        }
+        // Chunks are padded to an even length.
+        chunks = rest.get(length.saturating_add(length % 2)..).unwrap_or_default();
+    }
+    false
+}
+
+/// The numbers of a BMP file with a palette; none if it has no palette.
+fn ids_of_bmp(path: &Path, file: &[u8]) -> Result<Option<Mask>, ImportError> {
+    let mut decoder = BmpDecoder::new(Cursor::new(file)).map_err(|error| damaged(path, &error))?;
+    if decoder.get_palette().is_none() {
+        return Ok(None);
+    }
+    decoder.set_indexed_color(true);
+    let numbers = DynamicImage::from_decoder(decoder).map_err(|error| damaged(path, &error))?;
+    let (width, height) = (numbers.width(), numbers.height());
+    let ids = numbers.into_luma8().into_raw().into_iter().map(u16::from).collect();
+    Ok(Some(Mask::Ids { width, height, ids }))
+}
+
 /// The numbers of a PNG file as they are stored, before any palette and of any depth.
-fn ids_of_png(path: &Path) -> Result<Mask, ImportError> {
-    let damaged = |e: png::DecodingError| {
-        ImportError::mask(path, format!("{e}; the mask is damaged or cut off, export it anew"))
-    };
-    let file = File::open(path).map_err(|e| ImportError::read(path, e))?;
-    let limits = png::Limits { bytes: MAX_BYTES as usize };
-    let mut decoder = png::Decoder::new_with_limits(BufReader::new(file), limits);
+fn ids_of_png(path: &Path, file: &[u8]) -> Result<Mask, ImportError> {
+    let failed = |error: png::DecodingError| damaged(path, &error);
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(file), png::Limits { bytes: MAX_BYTES });
     decoder.set_transformations(Transformations::IDENTITY);
-    let mut reader = decoder.read_info().map_err(damaged)?;
+    let mut reader = decoder.read_info().map_err(failed)?;
     let (width, height, depth, colour) =
         (reader.info().width, reader.info().height, reader.info().bit_depth, reader.info().color_type);
     let samples = match colour {
@@ -170,14 +218,10 @@ fn ids_of_png(path: &Path) -> Result<Mask, ImportError> {
         ColorType::GrayscaleAlpha => 2,
         ColorType::Rgb | ColorType::Rgba => return Err(in_colour(path)),
     };
-    let bytes = reader.output_buffer_size().filter(|&bytes| bytes as u64 <= MAX_BYTES);
-    let (Some(bytes), true) = (bytes, width.max(height) <= Program::MAX_SIDE) else {
-        let text = format!("the mask is too large: {} pixels a side are the limit", Program::MAX_SIDE);
-        return Err(ImportError::mask(path, text));
-    };
-    let mut raw = vec![0; bytes];
-    reader.next_frame(&mut raw).map_err(damaged)?;
-    let line = reader.output_line_size(width).unwrap_or(bytes);
+    let mut raw =
+        vec![0; reader.output_buffer_size().filter(|&bytes| bytes <= MAX_BYTES).unwrap_or_default()];
+    reader.next_frame(&mut raw).map_err(failed)?;
+    let line = reader.output_line_size(width).unwrap_or(raw.len());
     let mut ids = Vec::with_capacity(width as usize * height as usize);
     for row in raw.chunks_exact(line.max(1)) {
         match depth {
@@ -203,6 +247,8 @@ fn ids_of_png(path: &Path) -> Result<Mask, ImportError> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs::File;
+
     use super::*;
     use image::{Luma, Rgba, RgbaImage};
 
@@ -276,6 +322,85 @@ mod tests {
         assert_eq!(mask.value(1, 0), Value::Colour([252, 251, 250]));
     }
 
+    /// A BMP file of 4 x 2 pixels with a palette of gray that falls, so that numbers are not levels.
+    fn bmp(bits: u32, rows: [[u8; 4]; 2]) -> Vec<u8> {
+        let colours = 1u32 << bits;
+        let mut file = b"BM".to_vec();
+        for word in [0, 0, 54 + 4 * colours, 40, 4, 2, bits << 16 | 1, 0, 0, 0, 0, colours, 0] {
+            file.extend(word.to_le_bytes());
+        }
+        file.extend((0..colours).flat_map(|i| [255 - i as u8; 4]));
+        // From the bottom up.
+        rows.iter().rev().for_each(|row| file.extend(row));
+        file
+    }
+
+    #[test]
+    fn palettes_are_read_by_their_numbers_and_gray_by_its_levels() {
+        use crate::vision::tiff::tests::{file, map};
+
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let path = dir.path().join("mask.bmp");
+        for (bits, rows, numbers) in [
+            (8, [[7, 2, 200, 0], [1, 2, 3, 4]], [7, 2, 200, 0, 1, 2, 3, 4]),
+            (4, [[0x72, 0xf0, 0, 0], [0x12, 0x34, 0, 0]], [7, 2, 15, 0, 1, 2, 3, 4]),
+            (1, [[0b1010_0000, 0, 0, 0], [0b0111_0000, 0, 0, 0]], [1, 0, 1, 0, 0, 1, 1, 1]),
+        ] {
+            std::fs::write(&path, bmp(bits, rows)).expect("writable");
+            assert_eq!(ids(&path), numbers, "{bits} bits");
+            let Ok(Mask::Colours(colours)) = Mask::load(&path, true) else { panic!("no colours") };
+            assert_eq!(colours.get_pixel(0, 0).0, [255 - numbers[0] as u8; 3]);
+        }
+        let levels = image::GrayImage::from_fn(4, 2, |x, y| Luma([(x + 40 * y) as u8]));
+        let expected = [0, 1, 2, 3, 40, 41, 42, 43];
+        for name in ["gray.bmp", "gray.tiff", "gray.webp", "gray.tga", "gray.png"] {
+            let path = dir.path().join(name);
+            levels.save(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
+            assert_eq!(ids(&path), expected, "{name}");
+        }
+        // Gray that is stored as colour is gray.
+        let rgb = DynamicImage::ImageLuma8(levels).to_rgb8();
+        for name in ["rgb.bmp", "rgb.tiff", "rgb.qoi", "rgb.webp"] {
+            let path = dir.path().join(name);
+            rgb.save(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
+            assert_eq!(ids(&path), expected, "{name}");
+        }
+        let path = dir.path().join("palette.tif");
+        let colours = map(256);
+        let tags: [(u16, u16, &[u64]); 2] = [(262, 3, &[3]), (320, 3, &colours)];
+        std::fs::write(&path, file(true, false, (3, 2), 8, &tags, &[7, 8, 7, 0, 255, 1])).expect("writable");
+        assert_eq!(ids(&path), [7, 8, 7, 0, 255, 1]);
+        let mask = Mask::load(&path, true).expect("sound");
+        assert_eq!((mask.size(), mask.value(1, 0)), ((3, 2), Value::Colour([247, 8, 0])));
+    }
+
+    #[test]
+    fn formats_with_loss_are_refused_alike() {
+        use base64::Engine;
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let webp = "UklGRiIAAABXRUJQVlA4IBYAAAAwAQCdASoBAAEADsD+JaQAA3AAAAAA";
+        let webp = base64::engine::general_purpose::STANDARD.decode(webp).expect("base64");
+        assert!(has_lossy_chunk(&webp[12..]) && !has_lossy_chunk(b"VP8L\x01\0\0\0x\0"));
+        assert!(has_lossy_chunk(&[b"ANMF\x1a\0\0\0", &[0; 16][..], b"VP8 \x02\0\0\0xx"].concat()));
+        assert!(!has_lossy_chunk(b"VP8X\xff\xff\xff\xff"));
+        let tiff = crate::vision::tiff::tests::file(
+            true,
+            false,
+            (3, 2),
+            8,
+            &[(259, 3, &[7]), (262, 3, &[1])],
+            &[0; 6],
+        );
+        for (name, file) in [("mask.webp", webp), ("mask.tif", tiff)] {
+            let path = dir.path().join(name);
+            std::fs::write(&path, file).expect("writable");
+            for colours in [false, true] {
+                let error = Mask::load(&path, colours).expect_err("lossy").to_string();
+                assert!(error.contains(name) && error.contains("with loss"), "{error}");
+            }
+        }
+    }
+
     #[test]
     fn damaged_masks_are_refused() {
         let dir = tempfile::tempdir().expect("a temporary folder");
@@ -293,6 +418,8 @@ mod tests {
         assert!(matches!(Mask::load(&missing, false), Err(ImportError::Read { .. })));
         let jpeg = dir.path().join("mask.jpg");
         image::GrayImage::new(16, 16).save(&jpeg).expect("writable");
-        assert!(Mask::load(&jpeg, false).expect_err("lossy").to_string().contains("PNG"));
+        for colours in [false, true] {
+            assert!(Mask::load(&jpeg, colours).expect_err("lossy").to_string().contains("PNG"));
+        }
     }
 }

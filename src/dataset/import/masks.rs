@@ -5,12 +5,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use image::ImageFormat;
-
 use super::item::{Found, Ground, Item, Picture};
 use super::names::stem;
-use super::{ImportError, Values};
-use crate::frames::folder::natural;
+use super::{Classes, ImportError};
+use crate::frames::folder::{is_hidden, is_image, natural};
 
 /// Folders within folders that are looked into.
 const DEPTH: usize = 16;
@@ -33,8 +31,8 @@ pub struct Folders {
 ///
 /// # Errors
 /// If a folder cannot be read, or there are two masks for a picture.
-pub fn find(folders: &Folders, ground: &Values, ignored: &Values) -> Result<Found, ImportError> {
-    let (ground, ignored) = (Arc::new(ground.clone()), Arc::new(ignored.clone()));
+pub fn find(folders: &Folders, classes: &Classes) -> Result<Found, ImportError> {
+    let classes = Arc::new(classes.clone());
     let mut found = Found::default();
     let mut masks: BTreeMap<String, String> = BTreeMap::new();
     for name in files(&folders.masks, is_image, &mut found)? {
@@ -63,7 +61,7 @@ pub fn find(folders: &Folders, ground: &Values, ignored: &Values) -> Result<Foun
         found.items.push(Item {
             source: mask.display().to_string(),
             picture: Picture::File(folders.images.join(&name)),
-            ground: Ground::Mask { path: mask, ground: ground.clone(), ignored: ignored.clone() },
+            ground: Ground::Mask { path: mask, classes: classes.clone() },
             name,
         });
     }
@@ -72,10 +70,6 @@ pub fn find(folders: &Folders, ground: &Values, ignored: &Values) -> Result<Foun
         found.leave_out(mask, "a mask without a picture");
     }
     Ok(found.unite())
-}
-
-fn is_image(path: &Path) -> bool {
-    ImageFormat::from_path(path).is_ok()
 }
 
 /// The files in a folder and those within that are `wanted`, as paths below it with `/`, in natural order. What is hidden
@@ -93,7 +87,7 @@ pub(super) fn files(
             let entry = entry.map_err(failed)?;
             let path = entry.path();
             let name = match entry.file_name().into_string() {
-                Ok(name) if name.starts_with('.') => continue,
+                _ if is_hidden(&path) => continue,
                 Ok(name) => format!("{prefix}{name}"),
                 Err(_) if !wanted(&path) && !path.is_dir() => continue,
                 Err(name) => {
@@ -128,15 +122,23 @@ mod tests {
         image.save(path).expect("writable");
     }
 
-    fn values(text: &str) -> Values {
-        text.parse().expect("a list of values")
+    fn ground(text: &str) -> Classes {
+        Classes { ground: text.parse().expect("a list of values"), ..Classes::default() }
     }
 
     #[test]
     fn pairs_are_found_by_name() {
         let dir = tempfile::tempdir().expect("a temporary folder");
         let image = GrayImage::new(16, 16);
-        for name in ["a_10.png", "a_9.bmp", "hall/a_9.png", ".hidden.png", "alone.png"] {
+        for name in [
+            "a_10.png",
+            "a_9.bmp",
+            "hall/a_9.png",
+            ".hidden.png",
+            "._a_9.png",
+            "__MACOSX/a_9.png",
+            "alone.png",
+        ] {
             save(dir.path().join("photos").join(name), &image);
         }
         for name in ["a_9_m.png", "a_10_m.pgm", "hall/a_9_m.png", "a_11_m.png", "a_9.png"] {
@@ -149,7 +151,7 @@ mod tests {
             image_suffix: String::new(),
             mask_suffix: "_m".to_string(),
         };
-        let found = find(&folders, &values("1"), &Values::default()).expect("readable");
+        let found = find(&folders, &ground("1")).expect("readable");
         let names: Vec<&str> = found.items.iter().map(|item| item.name.as_str()).collect();
         assert_eq!(names, ["a_9.bmp", "a_10.png", "hall/a_9.png"], "in natural order");
         let left_out: Vec<&str> = found.left_out.iter().map(|out| out.name.as_str()).collect();
@@ -157,15 +159,15 @@ mod tests {
         // Pictures and masks in one folder.
         save(dir.path().join("photos/alone_m.png"), &image);
         let one = Folders { masks: folders.images.clone(), ..folders.clone() };
-        let found = find(&one, &values("1"), &Values::default()).expect("readable");
+        let found = find(&one, &ground("1")).expect("readable");
         assert_eq!(found.items.iter().map(|item| item.name.as_str()).collect::<Vec<_>>(), ["alone.png"]);
         save(dir.path().join("masks/a_9_m.bmp"), &image);
-        let error = find(&folders, &values("1"), &Values::default()).expect_err("two of them").to_string();
+        let error = find(&folders, &ground("1")).expect_err("two of them").to_string();
         assert!(error.contains("second mask for the picture `a_9`"), "{error}");
         let nowhere = Folders { images: dir.path().join("none"), ..folders };
-        assert!(matches!(find(&nowhere, &values("1"), &Values::default()), Err(ImportError::Mask { .. })));
+        assert!(matches!(find(&nowhere, &ground("1")), Err(ImportError::Mask { .. })));
         let nowhere = Folders { masks: dir.path().join("none"), ..nowhere };
-        assert!(matches!(find(&nowhere, &values("1"), &Values::default()), Err(ImportError::Read { .. })));
+        assert!(matches!(find(&nowhere, &ground("1")), Err(ImportError::Read { .. })));
     }
 
     #[test]
@@ -178,23 +180,22 @@ mod tests {
         let folders =
             Folders { images: dir.path().join("p"), masks: dir.path().join("m"), ..Folders::default() };
         let columns: Vec<u32> = (0..20).collect();
-        let read = |ground: &str, ignored: Values| {
-            let found = find(&folders, &values(ground), &ignored).expect("readable");
+        let read = |classes: Classes| {
+            let found = find(&folders, &classes).expect("readable");
             found.items[0].labelled(&View::default(), (20, 16), &columns).expect("sound")
         };
-        let labelled = read("7", Values::default());
+        let labelled = read(ground("7"));
         assert_eq!(labelled.labels, columns.iter().map(|&x| (x, foot(x))).collect::<Vec<_>>());
         assert!(labelled.any_ground && labelled.undecided == 0);
-        let met: Vec<String> = labelled.values.iter().map(ToString::to_string).collect();
+        let met: Vec<String> = labelled.values.iter().map(|(value, _)| value.to_string()).collect();
         assert_eq!(met, ["7", "200", "201", "202"]);
         // Columns of the value 201 depend on it.
-        let labelled = read("7", values("201"));
+        let ignored = "201".parse().expect("a value");
+        let labelled = read(Classes { ignored, ..ground("7") });
         assert_eq!((labelled.labels.len(), labelled.undecided), (13, 7));
         assert!(labelled.labels.iter().all(|(x, _)| x % 3 != 1));
-        assert!(!read("8", Values::default()).any_ground);
-        assert_eq!(
-            super::super::mask::surface(super::super::Value::Id(7), &values("7"), &values("7")),
-            Surface::Ignored
-        );
+        assert!(!read(ground("8")).any_ground);
+        let both = Classes { ignored: "7".parse().expect("a value"), ..ground("7") };
+        assert_eq!(both.surface(super::super::Value::Id(7)), Surface::Ignored);
     }
 }

@@ -21,6 +21,7 @@
 //! ```
 
 mod bounded;
+mod classes;
 pub mod coco;
 mod coco_file;
 mod error;
@@ -35,6 +36,7 @@ mod rle;
 mod surface;
 mod view;
 
+pub use classes::{Classes, Occurrence, ValueCounts};
 pub use error::ImportError;
 pub use item::{Found, Item, Labelled, LeftOut, SkippedObjects};
 pub use mask::{ParseValuesError, Value, Values};

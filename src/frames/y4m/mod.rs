@@ -52,9 +52,9 @@ impl Chroma {
     pub const ALL: [Chroma; 6] =
         [Chroma::Mono, Chroma::C420, Chroma::C411, Chroma::C422, Chroma::C444, Chroma::C444Alpha];
 
-    /// By the parameter C without its letter.
+    /// By the parameter C without its letter, in capitals or not.
     fn from_name(name: &str) -> Option<Chroma> {
-        Some(match name {
+        Some(match name.to_ascii_lowercase().as_str() {
             "mono" => Chroma::Mono,
             "420" | "420jpeg" | "420mpeg2" | "420paldv" => Chroma::C420,
             "411" => Chroma::C411,
@@ -143,7 +143,7 @@ impl Header {
                 Some('C') => space = Some(value.to_string()),
                 // ffmpeg repeats the colour space here; old versions of it say it nowhere else.
                 Some('X') => match value.split_once('=') {
-                    Some(("YSCSS", value)) => old_space = Some(value.to_ascii_lowercase()),
+                    Some(("YSCSS", value)) => old_space = Some(value.to_string()),
                     Some(("COLORRANGE", "LIMITED")) => limited = Some(true),
                     Some(("COLORRANGE", "FULL")) => limited = Some(false),
                     _ => {}
@@ -213,6 +213,16 @@ mod tests {
         let header = parse("YUV4MPEG2 H288  W352 F0:0 Ib A59:54 C420paldv XMJPEGTOOLS ").expect("sound");
         assert_eq!((header.width, header.height, header.rate), (352, 288, None));
         assert_eq!(parse("YUV4MPEG2 W16 H16").expect("sound").chroma, Chroma::C420);
+        // In capitals, and with the end of a line as Windows writes it.
+        for (space, chroma) in [
+            ("CMONO", Chroma::Mono),
+            ("C420JPEG", Chroma::C420),
+            ("C444Alpha", Chroma::C444Alpha),
+            ("XYSCSS=420PALDV", Chroma::C420),
+            ("Cmono\r", Chroma::Mono),
+        ] {
+            assert_eq!(parse(&format!("YUV4MPEG2 W16 H16 {space}")).expect(space).chroma, chroma);
+        }
     }
 
     #[test]

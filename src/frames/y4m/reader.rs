@@ -50,9 +50,10 @@ impl<R: Read> Reader<R> {
         self.line.clear();
         read_line(&mut self.input, &mut self.line).map_err(FrameFault::Read)?;
         match self.line.strip_prefix(b"FRAME") {
-            Some([b'\n' | b' ', ..]) if self.line.ends_with(b"\n") => Ok(true),
+            // Parameters of the frame follow a space; some writers end lines as Windows does.
+            Some([b'\n'] | [b'\r', b'\n'] | [b' ', .., b'\n']) => Ok(true),
             _ if self.line.is_empty() => Ok(false),
-            _ if b"FRAME\n".starts_with(&self.line) => {
+            _ if b"FRAME\r\n".starts_with(&self.line) => {
                 Err(FrameFault::Truncated { got: 0, expected: self.header.frame_bytes() })
             }
             _ => Err(FrameFault::FrameHeader(plain(&self.line))),
@@ -150,6 +151,20 @@ mod tests {
     }
 
     #[test]
+    fn lines_may_end_as_windows_ends_them() {
+        let mut bytes = b"YUV4MPEG2 W16 H16 CMONO\r\n".to_vec();
+        // The first pixel looks like the end of a line.
+        for line in [&b"FRAME\r\n"[..], b"FRAME\n", b"FRAME Ip\r\n", b"FRAME XNOTE=\n"] {
+            bytes.extend(line);
+            bytes.extend([b'\n'; 256]);
+        }
+        let read = frames(&bytes).expect("sound");
+        assert_eq!(read, vec![GrayImage::from_pixel(16, 16, Luma([b'\n'])); 4]);
+        let cut = frames(&bytes[..b"YUV4MPEG2 W16 H16 CMONO\r\nFRAME\r".len()]).expect_err("cut off");
+        assert!(cut.contains("the stream ends after 0"), "{cut}");
+    }
+
+    #[test]
     fn a_stream_cut_off_anywhere_is_told_unless_between_frames() {
         for chroma in [Chroma::Mono, Chroma::C420] {
             let whole = stream(chroma, 17, 16);
@@ -179,6 +194,7 @@ mod tests {
             (b"YUV4MPEG2 W16 H16", "does not end"),
             (b"YUV4MPEG2 W16 H16 C420p10\n", "-pix_fmt"),
             (b"YUV4MPEG2 W16 H16\nFRAMES\n", "instead of FRAME"),
+            (b"YUV4MPEG2 W16 H16\nFRAME\rx\n", "instead of FRAME"),
             (b"YUV4MPEG2 W16 H16\nYUV4MPEG2 W16 H16\n", "frame 0: begins with `YUV4MPEG2"),
             (&[b'x'; 1 << 16], "is not a Y4M stream"),
         ] {
