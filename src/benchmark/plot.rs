@@ -222,7 +222,8 @@ where
     let break_even = break_even(report, &names);
     let at = break_even.and_then(|found| on_panel(found.cases.median, &numbers));
     let cases = Panel {
-        x: Scale::logarithmic(numbers.iter().copied().chain(at)).with_ticks(numbers),
+        x: Scale::logarithmic(numbers.iter().copied().chain(at))
+            .with_ticks(numbers.into_iter().chain(at).collect()),
         y: Scale::logarithmic(lines.iter().flatten().map(|p| p.1)),
         x_label: format!("fitness cases (generation {})", report.scaling.generation),
         y_label: "ms, median",
@@ -234,7 +235,7 @@ where
 /// The number of cases, if the panel with these can hold it; less than a case is one.
 fn on_panel(cases: f64, numbers: &[f64]) -> Option<f64> {
     let (_, most) = extent(numbers.iter().copied())?;
-    (cases <= BEYOND * most).then_some(cases.max(1.0))
+    (cases <= BEYOND * most).then_some(cases.ceil().max(1.0))
 }
 
 fn font(size: u32, unit: u32) -> TextStyle<'static> {

@@ -138,13 +138,12 @@ pub struct ExecutorReport {
     pub mean_s: Parts,
     /// Sum over its individuals, by round.
     pub round_totals_s: RoundTotals,
-    /// Median tree nodes of its individuals (as the walker evaluates them on all cases) by the median of their whole
-    /// times, in 10⁹ a second.
+    /// The median of the tree nodes of all individuals (as the walker evaluates them on all cases) by the median of this
+    /// executor's whole times, in 10⁹ a second.
     pub gpops: f64,
     /// The same by the median of the times of execution alone.
     pub gpops_execute: f64,
-    /// The median of the walker's times by that of this executor's, of the individuals that both ran; `null` without the
-    /// walker.
+    /// The median of the walker's whole times by that of this executor's; `null` without the walker.
     pub times_walker: Option<f64>,
 }
 
@@ -227,8 +226,7 @@ impl ExecutorReport {
         let spread = |part: fn(&Times) -> f64| Spread::of(runs.times.iter().flatten().map(part));
         let individuals = runs.times.iter().flatten().count();
         let total = sum(runs.times.iter().flatten());
-        let ran = runs.times.iter().zip(&measured.subjects).filter(|(times, _)| times.is_some());
-        let nodes = median(ran.map(|(_, subject)| subject.nodes as f64));
+        let nodes = median(measured.subjects.iter().map(|subject| subject.nodes as f64));
         let (execute_s, together_s) = (spread(|t| t.execute), spread(|t| t.together));
         let part = |sum: f64| sum / individuals.max(1) as f64;
         ExecutorReport {
@@ -253,10 +251,7 @@ impl ExecutorReport {
             gpops: nodes / together_s.median / 1e9,
             gpops_execute: nodes / execute_s.median / 1e9,
             times_walker: measured.runs.iter().find(|other| other.name == "tree").map(|walker| {
-                let both =
-                    || runs.times.iter().zip(&walker.times).filter_map(|(a, b)| a.as_ref().zip(b.as_ref()));
-                median(both().map(|(_, walker)| walker.together))
-                    / median(both().map(|(own, _)| own.together))
+                median(walker.times.iter().flatten().map(|times| times.together)) / together_s.median
             }),
         }
     }
@@ -302,7 +297,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ratios_are_of_the_same_individuals() {
+    fn a_generation_in_numbers() {
         let times = |together: f64| Some(Times { lower: 0.0, compile: 0.0, execute: together, together });
         let runs = |name, times: Vec<Option<Times>>| Runs {
             name,
@@ -323,7 +318,7 @@ mod tests {
         };
         let report = GenerationReport::of(7, 9, &measured);
         let [fast, tree] = &report.executors[..] else { panic!("two") };
-        assert_eq!((fast.times_walker, tree.times_walker), (Some(10.0), Some(1.0)));
+        assert_eq!((fast.times_walker, tree.times_walker), (Some(20.0 / 3.0), Some(1.0)));
         assert_eq!((fast.individuals, tree.individuals), (3, 2));
         assert_eq!((fast.gpops, tree.gpops), (20.0 / 3.0, 1.0));
         assert_eq!(fast.round_totals_s, RoundTotals { min: 1.0, median: 2.0, max: 3.0 });

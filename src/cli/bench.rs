@@ -43,7 +43,7 @@ Measured are fresh individuals: those whose optimised program no earlier individ
 (--store) and found again by data, settings, seed and generation, so that everyone measures the same. The executors \
 take turns on one thread; all their answers are held against the tree walker's, and a difference is an error. \
 `reference` and `tree` are slow: they are measured in 3 rounds and on every 4th individual, and the table says so; \
-ratios are of individuals that both executors ran. Close other programs: the rounds' spread tells how quiet it was.";
+break-evens are of individuals that both executors ran. Close other programs: the rounds' spread tells how quiet it was.";
 
 /// Compare the executors of this machine: compile time, execution time, break-even
 #[derive(clap::Args)]

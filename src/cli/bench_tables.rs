@@ -32,8 +32,8 @@ pub(crate) fn text(report: &Report) -> String {
         out,
         "\nMilliseconds of an individual on all cases: medians over the individuals of the median of its rounds, and\n\
          quartiles, mean of lowering, compiling and executing together. Spread: half the range of the rounds' totals.\n\
-         GPop/s: the median of the tree nodes that the walker evaluates, by that of the whole times. Speed: the median of the\n\
-         walker's times by that of the executor's, of the individuals that both ran.\n"
+         GPop/s: tree nodes that the walker evaluates, by the time together. Speed: the walker's time together by the\n\
+         executor's. Both are quotients of the medians above.\n"
     );
     out += &break_even(report);
     out += &scaling(report);

@@ -153,6 +153,7 @@ fn attempt(
     let running = Running::start(command(args, option), stop)?;
     let taken = take(args, &running, folder, bar, stop);
     let origin = args.file.display();
+    let unrecognized = format!("Unrecognized option '{}'", &option[1..]);
     let failed = |text: String| Failure::Of(CliError::Failed(format!("{origin}: {text}")));
     if let Err(Taken::Failed(error)) = taken {
         return Err(error.into());
@@ -164,7 +165,7 @@ fn attempt(
         ))),
         (Ok(taken), Ok(_)) => Ok(taken),
         // What ffmpeg says is nearer to the cause than that there is nothing to read.
-        (Err(Taken::Nothing(_)), Err(said)) if said.contains(&option[1..]) => Err(Failure::Unknown),
+        (Err(Taken::Nothing(_)), Err(said)) if said.contains(&unrecognized) => Err(Failure::Unknown),
         (Err(Taken::Nothing(_)), Err(said)) => {
             Err(failed(format!("ffmpeg cannot read it: {said}; is it a video, and whole?")))
         }

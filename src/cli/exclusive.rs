@@ -38,7 +38,7 @@ pub(super) fn restore<'a>(folder: &Path, files: impl Iterator<Item = (&'a String
 }
 
 /// The longest time that one command fills a folder while another one waits.
-const PATIENCE: Duration = Duration::from_secs(30);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Makes a folder if need be, and waits until no other process fills it; the folder is released when the file is
 /// dropped. The lock is on the folder itself, so that nothing stays behind in it. Where a folder cannot be locked, no

@@ -172,6 +172,7 @@ fn videos_that_cannot_be_used() {
     let place = Place::new();
     place.write("v.y4m", y4m(3));
     place.write("text.mp4", "no video at all\n");
+    place.write("fps_mode-vsync.mp4", "no video either\n");
     for (flags, said) in [
         (&["v.y4m", "--every", "1s", "--fps", "2"][..], "cannot be used with"),
         (&["v.y4m", "--every", "0s"], "above 0"),
@@ -201,6 +202,7 @@ fn videos_that_cannot_be_used() {
     }
     for (file, flags, said) in [
         ("text.mp4", &[][..], "Invalid data"),
+        ("fps_mode-vsync.mp4", &[], "Invalid data"),
         ("data/labels.csv", &[], "is it a video"),
         ("v.y4m", &["--start", "1000"], "choose an earlier `--start`"),
         ("v.y4m", &["--crop", "0,0,65,20"], "reaches out of the picture, which has 64x48"),
