@@ -285,6 +285,11 @@ impl CsvRecord<'_> {
         })
     }
 
+    /// The contents of all fields, without quotes and without spaces around them.
+    pub fn fields(&self) -> impl Iterator<Item = &[u8]> {
+        self.fields.iter().map(|field| field.content.as_ref())
+    }
+
     /// The texts of all fields, with a sign in the place of what is not UTF-8.
     pub fn texts(&self) -> Vec<String> {
         self.fields.iter().map(|field| String::from_utf8_lossy(&field.content).into_owned()).collect()

@@ -102,8 +102,8 @@ fn a_compressed_texture_is_read() {
 
 #[test]
 fn colour_is_weighted_and_alpha_ignored() {
-    let luma = to_gray(DynamicImage::ImageRgb8(colour()));
-    for (x, y, pixel) in luma.enumerate_pixels() {
+    let gray = to_gray(DynamicImage::ImageRgb8(colour()));
+    for (x, y, pixel) in gray.enumerate_pixels() {
         assert_eq!(pixel.0[0], luma(colour().get_pixel(x, y).0), "({x}, {y})");
     }
     let rgba = image::RgbaImage::from_fn(40, 24, |x, y| {

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 use vsonar::baseline::{Rival, Tuned, UnknownRival};
+use vsonar::dataset::scale::in_proportion;
 use vsonar::dataset::{Constants, Dataset, Transience};
 use vsonar::detector::{CompiledDetector, SequenceDetector};
 use vsonar::evolve::{CaseBits, is_correct};
@@ -98,6 +99,8 @@ struct Report {
     altered_copies: u32,
     tested_on: String,
     tolerance: f64,
+    /// Height of the images in pixels.
+    height: u32,
     /// Whether test and training are the same cases.
     same: bool,
     /// Tested images that are among the training images too.
@@ -182,6 +185,7 @@ fn report(comparison: &Comparison, rivals: &Rivals) -> Result<Report, CliError> 
         altered_copies: comparison.copies.per_image(),
         tested_on: comparison.test.name.clone(),
         tolerance: comparison.tolerance,
+        height: test.height(),
         same: train.fingerprint() == test.fingerprint(),
         shared_images: shared.count(),
         test_images: test.images().len(),
@@ -280,10 +284,10 @@ fn text(report: &Report) -> String {
     // Writing to a string cannot fail.
     let _ = writeln!(
         out,
-        "Tested on {}, {}, within {} rows; tuned on {}{}",
+        "Tested on {}, {}, within {}; tuned on {}{}",
         report.tested_on,
         count(report.test_images as u64, "image"),
-        report.tolerance,
+        in_proportion(report.tolerance, report.height),
         report.tuned_on,
         Copies::words(
             report.altered_copies,

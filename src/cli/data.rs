@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 use vsonar::camera::Camera;
-use vsonar::dataset;
+use vsonar::dataset::{self, TOLERANCE};
 use vsonar::world::{Corridor, FRAMES};
 
 use super::memory::MemoryArgs;
 use super::output;
 use super::program::size;
 use super::synth::not_rendered;
-use super::{CliError, data_import, data_video, recording, source_made};
+use super::{CliError, data_import, data_resize, data_video, large, recording, source_made};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -20,10 +20,12 @@ Examples:
   vsonar data synth elsewhere --seed 2    another building
   vsonar data import labelme photos --ground floor --out labelled
       a folder of what was annotated with LabelMe; also of masks and COCO
+  vsonar data resize photos --size 320x240 --out small
+      photographs as small as is useful, with their labels
   vsonar data video drive.mp4 --out frames
       images to be labelled, a frame each second";
 
-/// Check a data folder, or make one: of annotated images, of a video, or synthetic
+/// Check a data folder, or make one: of photographs, of annotated images, of a video, or synthetic
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -68,6 +70,7 @@ enum Command {
         camera: Option<PathBuf>,
     },
     Import(data_import::Args),
+    Resize(data_resize::Args),
     Video(data_video::Args),
 }
 
@@ -75,13 +78,19 @@ enum Command {
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     match args.command {
         Command::Import(args) => data_import::run(args),
+        Command::Resize(args) => data_resize::run(args),
         Command::Video(args) => data_video::run(args),
         Command::Check { dir, memory, json } => {
             let report = dataset::check_within(&dir, memory.limit());
             if json {
                 output::print_json(&report)?;
             } else {
-                output::print(&report.to_string())?;
+                let size = report.size();
+                let large = size.and_then(|size| large::advice(&dir, size));
+                // Scaled images are judged by what they become.
+                let note = large.or_else(|| large::tolerance(TOLERANCE, size?.1));
+                let note = note.map_or_else(String::new, |note| format!("\nnote: {note}\n"));
+                output::print(&format!("{report}{note}"))?;
             }
             if report.is_sound() { Ok(()) } else { Err(CliError::Negative) }
         }

@@ -194,7 +194,7 @@ impl ViewArgs {
     }
 }
 
-fn crop(text: &str) -> Result<Crop, String> {
+pub(super) fn crop(text: &str) -> Result<Crop, String> {
     let wrong = || "write four whole numbers of pixels, as in 0,40,640,400".to_string();
     let numbers: Option<Vec<u32>> = text.split(',').map(|text| text.trim().parse().ok()).collect();
     match numbers.ok_or_else(wrong)?[..] {

@@ -17,7 +17,7 @@ use super::data_import::Wanted;
 use super::data_import_values::ValueReport;
 use super::new_folder::NewFolder;
 use super::output::{self, count, shell_word};
-use super::{CliError, interrupt};
+use super::{CliError, interrupt, large};
 
 /// What was done.
 #[derive(Serialize)]
@@ -197,7 +197,7 @@ fn named(left_out: &[LeftOut]) -> String {
     text
 }
 
-fn bar(steps: u64, quiet: bool) -> ProgressBar {
+pub(super) fn bar(steps: u64, quiet: bool) -> ProgressBar {
     let target = match !quiet && std::io::stderr().is_terminal() {
         true => ProgressDrawTarget::stderr_with_hz(10),
         false => ProgressDrawTarget::hidden(),
@@ -239,6 +239,9 @@ fn text(summary: &Summary, wanted: &Wanted) -> String {
             count(dropped_objects.len() as u64, "object")
         );
         text.extend(dropped_objects.iter().take(SHOWN).map(|fault| format!("  {fault}\n")));
+    }
+    if let Some(large) = check.size().and_then(|size| large::advice(&wanted.out, size)) {
+        text += &format!("note: {large}\n");
     }
     // Names of files may hold what a terminal would take for commands.
     let text: String = text.chars().map(|c| if c.is_control() && c != '\n' { '?' } else { c }).collect();

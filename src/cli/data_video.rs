@@ -18,7 +18,7 @@ use super::data_import::ViewArgs;
 use super::ffmpeg::{self, Running};
 use super::new_folder::NewFolder;
 use super::output::{self, count, shell_word};
-use super::{CliError, interrupt};
+use super::{CliError, interrupt, large};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -119,8 +119,10 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         return output::print_json(&Summary { folder: args.out, frames, width, height });
     }
     let word = shell_word(&args.out);
+    let note = large::advice(&args.out, (width, height))
+        .map_or_else(String::new, |large| format!("note: {large}\n"));
     output::print(&format!(
-        "{}: {} of {width} x {height} pixels\nNext: vsonar label {word}\n",
+        "{}: {} of {width} x {height} pixels\n{note}Next: vsonar label {word}\n",
         output::printable(&args.out),
         count(frames, "frame"),
     ))

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use vsonar::dataset::scale::in_proportion;
 use vsonar::dataset::{BestConstant, Constants, Dataset, TOLERANCE, Transience};
 use vsonar::evolve::is_correct;
 use vsonar::tree::{Individual, Shortest};
@@ -179,6 +180,8 @@ struct Report {
     #[serde(skip)]
     images_of: String,
     tolerance: f64,
+    /// Height of the images in pixels.
+    height: u32,
     #[serde(flatten)]
     counts: Counts,
     constant: Floor,
@@ -302,6 +305,7 @@ fn report(args: &Args, program: PathBuf, tolerance: f64, set: &Dataset, answers:
         data: args.data.clone().unwrap_or_else(|| set.name().into()),
         images_of: String::new(),
         tolerance,
+        height: set.height(),
         counts: counts(&|_| true),
         constant: Floor {
             answer: constants.overall().answer,
@@ -325,14 +329,14 @@ fn text(report: &Report) -> String {
     // Writing to a string cannot fail.
     let _ = writeln!(
         out,
-        "{} on {}: {} ({} of {} cases within {} rows)\n\
+        "{} on {}: {} ({} of {} cases) within {}\n\
          {}constants chosen on these very images: per column {}; one for all columns {}\n",
         report.program.display(),
         report.images_of,
         percent(report.counts.fitness),
         report.counts.correct,
         report.counts.cases,
-        report.tolerance,
+        in_proportion(report.tolerance, report.height),
         report.trained_constant.map_or_else(String::new, |c| format!(
             "best constants of the training images: per column {}; one for all columns {}\n",
             percent(c.per_column_fitness),

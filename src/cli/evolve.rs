@@ -19,7 +19,7 @@ use super::settings::SettingsArgs;
 use super::source::Source;
 use super::summary::Report;
 use super::view::{Style, View};
-use super::{CliError, evolve_runs, interrupt, notices};
+use super::{CliError, evolve_runs, interrupt, large, notices};
 
 /// The folder that run folders are made in.
 pub(crate) const RUNS: &str = "runs";
@@ -235,6 +235,9 @@ fn fresh(args: &Args, Plan { source, settings, named }: Plan) -> Result<Prepared
     let cases = source.load(args.memory.limit())?;
     cases.check_apart()?;
     let room = args.memory.check_needs(cases.needs(&settings.variation(), 1))?;
+    if !args.quiet {
+        large::note(&cases.train, settings.tolerance);
+    }
     let threads = usize::from(args.threads.unwrap_or(0));
     let table = source.to_table(&cases)?;
     let folder = match &args.out {

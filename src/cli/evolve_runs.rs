@@ -21,7 +21,7 @@ use super::runs_report::{One, Report, Scored};
 use super::source::Source;
 use super::sweep::Meter;
 use super::view::Style;
-use super::{CliError, interrupt};
+use super::{CliError, interrupt, large};
 
 /// A way to part the data: one of the folds, or the only one. Its cases are loaded when it is its turn, so that the
 /// images of one fold are in memory at a time.
@@ -124,6 +124,9 @@ fn folds(args: &Args, source: &Source, all: &[Settings], cores: Cores) -> Result
         let cases = source.load(args.memory.limit())?;
         cases.check_apart()?;
         let room = args.memory.check_needs(cases.needs(&variation, cores.jobs.min(all.len())))?;
+        if !args.quiet && number.is_none_or(|number| number == 1) {
+            all.iter().take(1).for_each(|settings| large::note(&cases.train, settings.tolerance));
+        }
         for settings in all.iter().filter(|_| args.out.is_some()) {
             let path = args.out.as_deref().map(|out| place(out, number, settings.seed));
             if let Some(path) = path.filter(|path| path.exists()) {

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 use vsonar::dataset::Deeper;
+use vsonar::dataset::scale::useful_size;
 use vsonar::detector::CompiledDetector;
 use vsonar::ir::opt;
 use vsonar::label::{self, Columns, LeftOut, Progress, Session, SessionError};
@@ -16,7 +17,7 @@ use super::executor::with_stack;
 use super::gray_note::note_gray;
 use super::output::{self, count, printable, shell_word};
 use super::program::{self, Loaded};
-use super::{CliError, interrupt, notices, run_columns, serve};
+use super::{CliError, interrupt, large, notices, run_columns, serve};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -70,6 +71,8 @@ struct Ready<'s> {
     images: usize,
     width: u32,
     height: u32,
+    /// The size that the images should be scaled to, if they are larger than is useful.
+    useful_size: Option<(u32, u32)>,
     columns: &'s [u32],
     progress: Progress,
     left_out: &'s [LeftOut],
@@ -87,6 +90,11 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         SessionError::Columns(text) => CliError::Usage(format!("--columns: {text}")),
         other => other.into(),
     })?;
+    // Labels that there are count for images as they are stored.
+    let size = if session.labels_in_table() == 0 { session.size_in_viewers() } else { session.size() };
+    if let Some(advice) = large::advice(session.dir(), size) {
+        session.remark(advice);
+    }
     if let Some(path) = &args.suggest {
         note_gray(path);
         session.suggest(Box::new(detector(path, session.size())?));
@@ -138,6 +146,7 @@ fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliErro
             images,
             width,
             height,
+            useful_size: useful_size(session.size_in_viewers()),
             columns: session.columns(),
             progress,
             left_out: session.left_out(),

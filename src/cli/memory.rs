@@ -3,8 +3,8 @@
 use vsonar::dataset::{Dataset, Variation};
 use vsonar::memory;
 
-use super::CliError;
 use super::output::{count, grouped};
+use super::{CliError, large};
 
 const GIB: f64 = (1u64 << 30) as f64;
 
@@ -24,6 +24,8 @@ pub(crate) struct MemoryArgs {
 pub(crate) struct Need {
     bytes: u64,
     images: String,
+    /// The command that scales the images, if they are larger than is useful.
+    resize: Option<String>,
     /// How many runs at a time need it, each for itself.
     times: u64,
 }
@@ -42,14 +44,15 @@ impl Need {
             number += &format!(" with {} altered copies", grouped(images * u64::from(variation.copies())));
         }
         let images = format!("{number} of {} x {} pixels", set.width(), set.height());
-        Need { bytes: variation.memory_needed(set), images, times: 1 }
+        let resize = set.folder().and_then(|dir| large::command(dir, (set.width(), set.height())));
+        Need { bytes: variation.memory_needed(set), images, resize, times: 1 }
     }
 
     /// One image of this size.
     pub(crate) fn image((width, height): (u32, u32)) -> Need {
         // the image, and what is computed of it
         let bytes = 81 * u64::from(width) * u64::from(height);
-        Need { bytes, images: format!("an image of {width} x {height} pixels"), times: 1 }
+        Need { bytes, images: format!("an image of {width} x {height} pixels"), resize: None, times: 1 }
     }
 
     /// The same for each of so many runs at a time.
@@ -73,8 +76,9 @@ impl MemoryArgs {
     /// The same for sets of which some are to grow.
     pub(crate) fn check_needs(self, needs: impl IntoIterator<Item = Need>) -> Result<u64, CliError> {
         let limit = self.limit();
-        let (mut need, mut images, mut fewer) = (0u64, Vec::new(), "");
+        let (mut need, mut images, mut fewer, mut resize) = (0u64, Vec::new(), "", None);
         for one in needs {
+            resize = resize.or(one.resize);
             need = need.saturating_add(one.bytes.saturating_mul(one.times));
             images.push(match one.times {
                 1 => one.images,
@@ -88,9 +92,13 @@ impl MemoryArgs {
             return Ok(limit - need);
         }
         let need = thousandths(need).ceil() / 1000.0;
+        let resize = resize.map_or_else(
+            || " (half the width and height need a quarter)".to_string(),
+            |command| format!(", labels and all, with `{command}`"),
+        );
         Err(CliError::Failed(format!(
-            "about {need} GiB of memory are needed for {}, but the limit is {} GiB; {fewer}scale the images down (half the \
-             width and height need a quarter), use fewer images, or raise the limit with `--memory {need}`",
+            "about {need} GiB of memory are needed for {}, but the limit is {} GiB; {fewer}scale the images down{resize}, use \
+             fewer images, or raise the limit with `--memory {need}`",
             images.join(" and "),
             thousandths(limit).floor() / 1000.0,
         )))

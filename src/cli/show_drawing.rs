@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use image::RgbImage;
 use vsonar::dataset::Dataset;
+use vsonar::dataset::scale::in_proportion;
 use vsonar::report::{
     Column, LEGEND, LEGEND_SEVERAL, Style, Tile, contact_sheet_png, draw, draw_several, letter, short_names,
     with_lines,
@@ -126,9 +127,9 @@ impl<'a> Drawing<'a> {
     fn result_of(&self, program: usize) -> String {
         let (correct, all) = (self.correct_of_all(program), self.set.cases().len());
         format!(
-            "{correct} of {all} answers correct within {} rows ({})",
-            self.style.tolerance,
-            percent(correct as f64 / all.max(1) as f64)
+            "{correct} of {all} answers ({}) correct within {}",
+            percent(correct as f64 / all.max(1) as f64),
+            in_proportion(self.style.tolerance, self.set.height())
         )
     }
 

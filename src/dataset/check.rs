@@ -18,11 +18,14 @@ use super::constants::{BestConstant, Constants, Score, TOLERANCE};
 use super::copies::Copies;
 use super::deeper::Deeper;
 use super::fault::Fault;
+use super::scale::{in_proportion, useful_size};
 use super::{Dataset, reading, scan};
 use crate::memory;
 
-/// Rows of image a bin of the histogram covers.
+/// Rows of image a bin of the histogram covers, or a multiple of it where that gives too many.
 const BIN: u32 = 20;
+/// Most bins of a histogram, for it is to be seen at a glance.
+const BINS: u32 = 24;
 /// How many unlabelled images the text names before it only counts.
 const NAMED: usize = 5;
 
@@ -47,7 +50,9 @@ pub struct Distribution {
     pub open: usize,
     /// Labels height - 1: the obstacle fills the column's bottom pixel.
     pub blocked: usize,
-    /// Labels in rows 0 to 19, 20 to 39 and so on, to the bottom of the image.
+    /// Rows of the image that a bin of the histogram covers: 20, or a multiple of it in images of more than 480 rows.
+    pub bin: u32,
+    /// Labels in the first `bin` rows, in the next ones and so on, to the bottom of the image.
     pub histogram: Vec<usize>,
 }
 
@@ -58,9 +63,11 @@ impl Distribution {
         sorted.sort_unstable();
         let (&min, &max) = (sorted.first()?, sorted.last()?);
         let rank = |quarters: usize| sorted[(sorted.len() * quarters).div_ceil(4) - 1];
-        let mut histogram = vec![0; height.max(max + 1).div_ceil(BIN) as usize];
+        let rows = height.max(max + 1);
+        let bin = BIN * rows.div_ceil(BIN * BINS);
+        let mut histogram = vec![0; rows.div_ceil(bin) as usize];
         for &label in labels {
-            histogram[(label / BIN) as usize] += 1;
+            histogram[(label / bin) as usize] += 1;
         }
         let sum: u64 = labels.iter().map(|&l| u64::from(l)).sum();
         Some(Distribution {
@@ -73,6 +80,7 @@ impl Distribution {
             mean: sum as f64 / labels.len() as f64,
             open: labels.iter().filter(|&&l| l == 0).count(),
             blocked: labels.iter().filter(|&&l| l + 1 == height).count(),
+            bin,
             histogram,
         })
     }
@@ -95,6 +103,8 @@ pub struct CheckReport {
     folder: PathBuf,
     name: String,
     size: Option<(u32, u32)>,
+    /// The size that the images should be scaled to, if they are larger than is useful.
+    useful_size: Option<(u32, u32)>,
     images: usize,
     rows: usize,
     sound_images: usize,
@@ -128,6 +138,7 @@ pub fn check_within(dir: impl AsRef<Path>, limit: u64) -> CheckReport {
         folder: scan.dir,
         name: scan.name,
         size: set.map(|s| (s.width(), s.height())),
+        useful_size: set.and_then(|s| useful_size((s.width(), s.height()))),
         images: scan.images_named,
         rows: scan.rows,
         sound_images: set.map_or(0, |s| s.images().len()),
@@ -261,7 +272,7 @@ impl fmt::Display for CheckReport {
             writeln!(
                 f,
                 "\nnote: {} image(s) with an orientation tag, {first} the first: they count as they are stored, not as viewers \
-                 turn them",
+                 turn them (`vsonar data resize` does)",
                 self.turned.len()
             )?;
         }
@@ -316,22 +327,23 @@ impl CheckReport {
         writeln!(f, "\nlabels by row (from the top)")?;
         let most = labels.histogram.iter().copied().max().unwrap_or(0).max(1);
         for (bin, &count) in labels.histogram.iter().enumerate() {
-            let from = bin as u32 * BIN;
+            let from = bin as u32 * labels.bin;
             let bar = "#".repeat((count * 40).div_ceil(most));
-            writeln!(f, "{:>9} {count:>6} {bar}", format!("{from}-{}", from + BIN - 1))?;
+            writeln!(f, "{:>9} {count:>6} {bar}", format!("{from}-{}", from + labels.bin - 1))?;
         }
         Ok(())
     }
 
     fn write_constants(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (Some(constant), Some(score)) = (&self.constant, &self.constant_per_column) else {
+        let (Some(constant), Some(score), Some((_, height))) =
+            (&self.constant, &self.constant_per_column, self.size)
+        else {
             return Ok(());
         };
         writeln!(
             f,
-            "\nthe floor to beat, within {} rows: {} with the answer {} everywhere, {} with the best answer \
-             of each column",
-            self.tolerance,
+            "\nthe floor to beat, within {}: {} with the answer {} everywhere, {} with the best answer of each column",
+            in_proportion(self.tolerance, height),
             percent(score.overall_share()),
             constant.answer,
             percent(score.per_column_share()),
@@ -354,6 +366,16 @@ mod tests {
         assert_eq!((d.open, d.blocked, d.cases), (1, 1, 5));
         assert_eq!(d.histogram, [2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
         assert!((d.mean - 59.8).abs() < 1e-12);
+        let large = Distribution::of(&[0, 139, 140, 3023], 3024).unwrap();
+        assert_eq!(
+            (large.bin, large.histogram.len(), large.histogram[0], large.histogram[21]),
+            (140, 22, 2, 1)
+        );
+        let bins = |height| Distribution::of(&[height - 1], height).map(|d| (d.bin, d.histogram.len()));
+        assert_eq!(
+            [480, 481, u32::MAX / 2].map(bins).map(|b| b.map(|(_, bins)| bins)),
+            [Some(24), Some(13), Some(24)]
+        );
         assert_eq!(Distribution::of(&[], 240), None);
         let one = Distribution::of(&[7], 16).unwrap();
         assert_eq!((one.min, one.quarter, one.three_quarters, one.histogram.len()), (7, 7, 7, 1));

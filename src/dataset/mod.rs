@@ -27,6 +27,7 @@
 //! ```
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use image::GrayImage;
@@ -47,6 +48,7 @@ mod part;
 mod pixels;
 mod reading;
 mod save;
+pub mod scale;
 pub(crate) mod scan;
 mod sequence;
 mod split;
@@ -93,9 +95,11 @@ pub struct Case {
 
 /// A set of labelled images: at least one case, all images of one size of at least 16 x 16, every case inside
 /// its image, no image without a case, no column of an image labelled twice.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct Dataset {
     name: String,
+    /// The folder that it was read from.
+    folder: Option<PathBuf>,
     width: u32,
     height: u32,
     images: Vec<NamedImage>,
@@ -104,6 +108,19 @@ pub struct Dataset {
     groups: BTreeMap<String, String>,
     has_colour: bool,
 }
+
+/// Two sets are the same wherever they were read from.
+impl PartialEq for Dataset {
+    fn eq(&self, other: &Dataset) -> bool {
+        (self.width, self.height) == (other.width, other.height)
+            && self.name == other.name
+            && self.images == other.images
+            && self.cases == other.cases
+            && self.groups == other.groups
+    }
+}
+
+impl Eq for Dataset {}
 
 impl Dataset {
     /// A set of these images and cases. The order of the cases is kept; the images are brought into the order
@@ -156,6 +173,11 @@ impl Dataset {
     #[must_use]
     pub fn named(self, name: impl Into<String>) -> Dataset {
         Dataset { name: name.into(), ..self }
+    }
+
+    /// The folder that it, or what it is a part of, was read from; `None` for a set made in memory.
+    pub fn folder(&self) -> Option<&Path> {
+        self.folder.as_deref()
     }
 
     /// Width of every image in pixels.

@@ -86,7 +86,12 @@ pub(super) fn scan(dir: &Path, limit: u64) -> Scan {
     let in_subfolders = Deeper::find(dir, |name| spellings.contains_key(name));
     let images_named = pictures.len();
     let sound = examine(name.clone(), pictures, rows, &mut faults);
-    let sound = sound.map(|set| Dataset { groups: set.kept(&groups), has_colour, ..set });
+    let sound = sound.map(|set| Dataset {
+        groups: set.kept(&groups),
+        folder: Some(dir.into()),
+        has_colour,
+        ..set
+    });
     faults.sort_by_key(|f| f.at);
     Scan { dir: dir.into(), name, images_named, rows: row_count, unlabelled, in_subfolders, faults, sound }
 }
@@ -235,5 +240,14 @@ fn sound(
         case.image = new;
     }
     let (groups, has_colour) = (BTreeMap::new(), false);
-    (!cases.is_empty()).then_some(Dataset { name, width, height, images, cases, groups, has_colour })
+    (!cases.is_empty()).then_some(Dataset {
+        name,
+        folder: None,
+        width,
+        height,
+        images,
+        cases,
+        groups,
+        has_colour,
+    })
 }

@@ -126,15 +126,7 @@ impl Dataset {
         let cases = self.cases.iter();
         let cases = cases.filter_map(|&c| Some(super::Case { image: place[c.image]?, ..c })).collect();
         let groups = BTreeMap::new();
-        let set = Dataset {
-            name,
-            images,
-            cases,
-            groups,
-            has_colour: self.has_colour,
-            width: self.width,
-            height: self.height,
-        };
+        let set = Dataset { name, images, cases, groups, folder: self.folder.clone(), ..*self };
         (!set.images.is_empty()).then(|| Dataset { groups: set.kept(&self.groups), ..set })
     }
 

@@ -25,6 +25,8 @@ pub struct Profile {
     pub correct: usize,
     /// Within so many rows of the label.
     pub tolerance: f64,
+    /// Height of the images in pixels.
+    pub height: u32,
     /// The sweeps that are there, in the order they run.
     pub sweeps: Vec<SweepProfile>,
 }
@@ -131,7 +133,7 @@ impl Profile {
             }
         }
         let (data, cases) = (set.name().to_string(), set.cases().len());
-        Profile { data, cases, correct, tolerance, sweeps }
+        Profile { data, cases, correct, tolerance, height: set.height(), sweeps }
     }
 
     /// What stands in the margin of each line: of a choice the share of times in which its condition held and in which

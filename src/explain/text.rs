@@ -6,6 +6,7 @@ use super::Explanation;
 use super::listing::Course;
 use super::profile::percent;
 use super::uses::{Renamed, TreeUses};
+use crate::dataset::scale::in_proportion;
 use crate::statistics::Quartiles;
 
 pub use super::notes::notes;
@@ -223,8 +224,12 @@ pub fn data(explanation: &Explanation) -> Option<String> {
     let profile = explanation.profile.as_ref()?;
     let share = percent(profile.correct as f64 / profile.cases.max(1) as f64);
     Some(format!(
-        "{} on {}: {} of {} cases within {} rows",
-        share, profile.data, profile.correct, profile.cases, profile.tolerance
+        "{} on {}: {} of {} cases within {}",
+        share,
+        profile.data,
+        profile.correct,
+        profile.cases,
+        in_proportion(profile.tolerance, profile.height)
     ))
 }
 

@@ -78,10 +78,15 @@ pub(crate) fn is_image(path: &Path) -> bool {
 /// What is right in a folder and counts as an image by its name, in natural order; no folders, but perhaps links that
 /// lead nowhere.
 pub(crate) fn images(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    files(folder, is_image)
+}
+
+/// The same of what is `wanted`, by its path.
+pub(crate) fn files(folder: &Path, wanted: impl Fn(&Path) -> bool) -> io::Result<Vec<PathBuf>> {
     let mut named = Vec::new();
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
-        if is_image(&path) && !path.is_dir() {
+        if wanted(&path) && !path.is_dir() {
             named.push((path.file_name().unwrap_or_default().to_string_lossy().into_owned(), path));
         }
     }

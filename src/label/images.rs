@@ -4,14 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind::{NotADirectory, NotFound};
 use std::path::{Path, PathBuf};
 
+use image::metadata::Orientation;
 use rayon::prelude::*;
 
 use crate::dataset::image_name::{is_confined, plain_name};
 use crate::dataset::scan::IMAGES;
 use crate::dataset::{Deeper, FaultKind};
-use crate::frames::folder::{images, natural};
+use crate::frames::folder::{files, is_hidden, is_image, natural};
 use crate::memory::{default_limit, stretches};
-use crate::vision::{ImageError, ImageHeader, is_turned, load_gray};
+use crate::vision::{ImageError, ImageHeader, load_gray, orientation};
 
 /// An image file that cannot be labelled.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -31,6 +32,8 @@ pub(super) struct Picture {
     pub(super) path: PathBuf,
     /// Whether it has a tag that asks viewers to turn it.
     pub(super) turned: bool,
+    /// Whether it is turned by a quarter then.
+    pub(super) on_its_side: bool,
 }
 
 /// What a folder holds.
@@ -86,29 +89,46 @@ impl Images {
     }
 }
 
+/// Endings of pictures as phones and cameras save them, which no decoder here reads.
+const UNREAD: [&str; 12] =
+    ["heic", "heif", "hif", "avif", "jxl", "dng", "cr2", "cr3", "nef", "arw", "raf", "orf"];
+
+/// Whether a file is a picture that cannot be read, by its ending.
+fn is_unread(path: &Path) -> bool {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    !is_hidden(path) && ending.is_some_and(|ending| UNREAD.contains(&ending.as_str()))
+}
+
 /// Names of the files that look like images; those that are no text cannot stand in a table.
-fn listed(dir: &Path) -> Result<(BTreeSet<String>, Vec<LeftOut>), FaultKind> {
+pub(super) fn listed(dir: &Path) -> Result<(BTreeSet<String>, Vec<LeftOut>), FaultKind> {
     let (mut names, mut left_out) = (BTreeSet::new(), Vec::new());
     for folder in [dir.join(IMAGES), dir.into()] {
-        let files = match images(&folder) {
+        let found = match files(&folder, |path| is_image(path) || is_unread(path)) {
             Err(error) if folder != dir && matches!(error.kind(), NotFound | NotADirectory) => continue,
-            files => {
-                files.map_err(|error| FaultKind::NoAccess { folder, cause: error.to_string(), images: 0 })?
+            found => {
+                found.map_err(|error| FaultKind::NoAccess { folder, cause: error.to_string(), images: 0 })?
             }
         };
-        for path in files {
+        for path in found {
             let name = path.file_name().unwrap_or_default();
+            let unusable = |why: &str| LeftOut { name: name.to_string_lossy().into_owned(), why: why.into() };
             match name.to_str() {
-                Some(name) => drop(names.insert(name.to_string())),
-                None => {
-                    let why = "the name is not UTF-8; rename the file".to_string();
-                    left_out.push(LeftOut { name: name.to_string_lossy().into_owned(), why });
+                _ if is_unread(&path) => {
+                    left_out.push(unusable("pictures of this format are not read; save it as JPEG or PNG"));
                 }
+                Some(name) => drop(names.insert(name.to_string())),
+                None => left_out.push(unusable("the name is not UTF-8; rename the file")),
             }
         }
     }
     left_out.sort_by(|a, b| natural(&a.name, &b.name));
     Ok((names, left_out))
+}
+
+/// Whether an orientation exchanges width and height.
+fn quarters(orientation: Orientation) -> bool {
+    use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
+    matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH)
 }
 
 /// Where the image of this name is, without links, if it is in the folder.
@@ -149,7 +169,11 @@ fn examine(dir: &Path, names: Vec<String>) -> Vec<Examined> {
             Ok((path, image.dimensions()))
         });
         match looked_at {
-            Ok((path, size)) => Ok((Picture { name, turned: is_turned(&path), path }, size)),
+            Ok((path, size)) => {
+                let tag = orientation(&path);
+                let (turned, on_its_side) = (tag != Orientation::NoTransforms, quarters(tag));
+                Ok((Picture { name, turned, on_its_side, path }, size))
+            }
             Err(why) => Err(LeftOut { name, why }),
         }
     };

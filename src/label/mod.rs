@@ -31,6 +31,7 @@
 mod columns;
 mod images;
 mod mark;
+pub mod resize;
 mod routes;
 mod session;
 mod store;

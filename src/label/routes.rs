@@ -108,6 +108,8 @@ struct Beginning {
     columns: Vec<u32>,
     left_out: Vec<super::LeftOut>,
     notes: Vec<String>,
+    /// Those of the notes that are to be read before anything is marked.
+    remarks: Vec<String>,
     suggests: bool,
     revision: u64,
     marks: Vec<Cell>,
@@ -129,6 +131,7 @@ async fn begin(State(desk): State<Desk>) -> Result<Json<Beginning>, Refusal> {
         columns: session.columns().to_vec(),
         left_out: session.left_out().to_vec(),
         notes: session.notes(),
+        remarks: session.remarks().to_vec(),
         suggests: session.suggests(),
         revision,
         marks,

@@ -34,6 +34,8 @@ pub struct Session {
     left_out: Vec<LeftOut>,
     in_subfolders: Option<Deeper>,
     detector: Option<Box<dyn Detector + Send + Sync>>,
+    /// What else is to be known of the folder, in sentences.
+    remarks: Vec<String>,
     table: PathBuf,
     /// Held while the files are read, written or waited for; before `state`, where both are.
     store: Mutex<Store>,
@@ -135,6 +137,7 @@ impl Session {
             left_out,
             in_subfolders,
             detector: None,
+            remarks: Vec::new(),
             table: store.table().to_path_buf(),
             store: Mutex::new(store),
             state: Mutex::new(state),
@@ -159,6 +162,7 @@ impl Session {
 
     /// What whoever labels should know of the folder, in sentences.
     pub fn notes(&self) -> Vec<String> {
+        let large = self.remarks.iter().cloned();
         let mut turned = self.turned();
         let turned = turned.next().map(|first| {
             let images = match 1 + turned.count() {
@@ -167,12 +171,29 @@ impl Session {
             };
             let first: String = first.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
             format!(
-                "{images} with an orientation tag, {first} the first: shown and labelled as stored, not as viewers turn them"
+                "{images} with an orientation tag, {first} the first: shown and labelled as stored, not as viewers turn them (`vsonar data resize` turns them)"
             )
         });
         let deeper = self.in_subfolders.as_ref();
         let deeper = deeper.map(|deeper| format!("{deeper}; label such a folder by itself, or move them up"));
-        turned.into_iter().chain(deeper).collect()
+        large.chain(turned).chain(deeper).collect()
+    }
+
+    /// Adds a sentence to what whoever labels should know of the folder, which is shown before anything is marked.
+    pub fn remark(&mut self, text: String) {
+        self.remarks.push(text);
+    }
+
+    /// What was added to the notes.
+    pub(super) fn remarks(&self) -> &[String] {
+        &self.remarks
+    }
+
+    /// Width and height of the images as viewers show most of them, by their orientation tags.
+    pub fn size_in_viewers(&self) -> (u32, u32) {
+        let (width, height) = self.size;
+        let on_their_side = self.pictures.iter().filter(|picture| picture.on_its_side).count();
+        if 2 * on_their_side > self.pictures.len() { (height, width) } else { (width, height) }
     }
 
     /// Width and height of every image.

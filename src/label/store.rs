@@ -28,7 +28,7 @@ pub(super) const SKIPS: &str = "labels.skip.csv";
 /// Name of the file that is locked while the others are written. It stays behind, empty.
 const LOCK: &str = ".labels.lock";
 /// Name of the file of the columns last asked for, separated by commas.
-const COLUMNS: &str = ".labels.columns";
+pub(super) const COLUMNS: &str = ".labels.columns";
 /// How long another process may keep the lock.
 const PATIENCE: Duration = Duration::from_secs(5);
 
@@ -230,8 +230,7 @@ impl Store {
 
     /// Keeps the columns asked for.
     pub(super) fn keep_columns(&self, columns: &[u32]) -> Result<(), StoreError> {
-        let text: Vec<String> = columns.iter().map(u32::to_string).collect();
-        write(&self.dir.join(COLUMNS), format!("{}\n", text.join(",")).as_bytes())
+        write(&self.dir.join(COLUMNS), &columns_text(columns))
     }
 
     /// Makes sure that marks can be saved, and removes what a process that was killed has left; nothing is changed.
@@ -340,7 +339,8 @@ fn read_skips(
     Ok(found)
 }
 
-fn skips_text(skips: &BTreeSet<(String, u32)>) -> Vec<u8> {
+/// The file of skipped columns.
+pub(super) fn skips_text(skips: &BTreeSet<(String, u32)>) -> Vec<u8> {
     let mut table = csv::Writer::from_writer(Vec::new());
     // Nothing fails that is written to memory.
     let _ = table.write_record(["image", "x"]);
@@ -348,4 +348,10 @@ fn skips_text(skips: &BTreeSet<(String, u32)>) -> Vec<u8> {
         let _ = table.write_record([image, &x.to_string()]);
     }
     table.into_inner().unwrap_or_default()
+}
+
+/// The file of the columns asked for.
+pub(super) fn columns_text(columns: &[u32]) -> Vec<u8> {
+    let text: Vec<String> = columns.iter().map(u32::to_string).collect();
+    format!("{}\n", text.join(",")).into_bytes()
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::mark::{Mark, Marks};
+use crate::csv_table::CsvReader;
 use crate::dataset::table::{Header, LabelTable, Row, parse_table};
 use crate::dataset::{Fault, FaultKind};
 
@@ -70,6 +71,35 @@ impl Table {
             Some(((self.name(row).to_string(), x), Mark::Row(y)))
         };
         self.content.rows.iter().filter_map(label).collect()
+    }
+
+    /// A table of the same columns: `carry` tells what image, column and row become of the label at a column of an image,
+    /// and `None` drops it; the other fields stay. `None` if no row is left.
+    pub(super) fn carried<'n>(
+        &self,
+        carry: impl Fn(&str, u32) -> Option<(&'n str, u32, u32)>,
+    ) -> Option<Vec<u8>> {
+        let header = self.content.header.as_ref()?;
+        let mut records = CsvReader::new(&self.bytes).ok()?.map_while(Result::ok);
+        let mut writer =
+            csv::WriterBuilder::new().delimiter(header.delimiter).flexible(true).from_writer(Vec::new());
+        // Nothing fails that is written to memory.
+        let _ = writer.write_record(records.next()?.fields());
+        let mut left = false;
+        // A table without faults has a row for each record.
+        for (row, record) in self.content.rows.iter().zip(records) {
+            let label = row.x.and_then(|x| carry(self.name(row), u32::try_from(x).ok()?));
+            let Some((image, x, y)) = label else { continue };
+            let (x, y) = (x.to_string(), y.to_string());
+            let of = |i: usize| header.columns.iter().position(|&column| column == i);
+            let fields = record.fields().enumerate().map(|(i, field)| match of(i) {
+                Some(which) => [image, &x, &y][which].as_bytes(),
+                None => field,
+            });
+            let _ = writer.write_record(fields);
+            left = true;
+        }
+        writer.into_inner().ok().filter(|_| left)
     }
 
     /// The file with these labels set, or taken away where there is none; nothing if it stays as it is. `order` tells
@@ -261,6 +291,21 @@ mod tests {
             "labels.csv line 3: the image `images/a.png` is the same file as `a.png`, which has a label at x = 3 already \
              (labels.csv line 2); leave one of the two rows"
         );
+    }
+
+    #[test]
+    fn a_table_is_carried_with_all_its_columns() {
+        let table = "y, note ,x,image,group\r\n7,\"a, b\",3,\"c,1.jpg\",hall\r\n\r\n8,,4,c.jpg,\r\n1,\"say \"\"z\"\"\",5,d.jpg,lab";
+        let table = read(table).expect("sound");
+        let carry = |image: &str, x: u32| (image != "d.jpg" || x > 5).then_some(("new.png", x / 2, 10 * x));
+        let text = table.carried(carry).map(|bytes| String::from_utf8(bytes).expect("UTF-8"));
+        let expected = "y,note,x,image,group\n30,\"a, b\",1,new.png,hall\n40,,2,new.png,\n";
+        assert_eq!(text.as_deref(), Some(expected));
+        let all = table.carried(|_, x| Some(("a \"b\".png", x, x))).expect("rows");
+        let all = String::from_utf8(all).expect("UTF-8");
+        assert!(all.ends_with("\n5,\"say \"\"z\"\"\",5,\"a \"\"b\"\".png\",lab\n"), "{all}");
+        assert_eq!(table.carried(|_, _| None), None);
+        assert_eq!(read("").expect("sound").carried(|_, x| Some(("a", x, x))), None);
     }
 
     #[test]

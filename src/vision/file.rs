@@ -240,19 +240,33 @@ pub(crate) fn contents(path: &Path) -> Result<Vec<u8>, ImageError> {
 /// Whether a file has a tag that asks viewers to turn or mirror the picture. Detectors see it as it is stored, so what
 /// somebody has marked in a viewer would not fit it. False if the file cannot be read.
 pub fn is_turned(path: &Path) -> bool {
-    open(path).is_ok_and(|(file, _)| asks_to_be_turned(ImageReader::new(BufReader::new(file))))
+    orientation(path) != Orientation::NoTransforms
 }
 
-/// The same of the bytes of an image file.
+/// The orientation that a file's tag asks viewers to show the picture in; that in which it is stored if there is no tag,
+/// or the file cannot be read.
+pub fn orientation(path: &Path) -> Orientation {
+    let tag = open(path).ok().and_then(|(file, _)| tagged(ImageReader::new(BufReader::new(file))));
+    tag.unwrap_or(Orientation::NoTransforms)
+}
+
+/// A picture turned and mirrored as a tag asks.
+pub fn upright(image: GrayImage, orientation: Orientation) -> GrayImage {
+    let mut image = DynamicImage::ImageLuma8(image);
+    image.apply_orientation(orientation);
+    image.into_luma8()
+}
+
+/// Whether the bytes of an image file have such a tag.
 pub fn is_turned_bytes(bytes: &[u8]) -> bool {
-    asks_to_be_turned(ImageReader::new(Cursor::new(bytes)))
+    tagged(ImageReader::new(Cursor::new(bytes))).is_some_and(|tag| tag != Orientation::NoTransforms)
 }
 
-fn asks_to_be_turned<R: BufRead + Seek>(reader: ImageReader<R>) -> bool {
-    let Ok(mut reader) = reader.with_guessed_format() else { return false };
+/// The tag of a file, if it can be read.
+fn tagged<R: BufRead + Seek>(reader: ImageReader<R>) -> Option<Orientation> {
+    let mut reader = reader.with_guessed_format().ok()?;
     reader.limits(limits());
-    let orientation = reader.into_decoder().and_then(|mut decoder| decoder.orientation());
-    orientation.is_ok_and(|orientation| orientation != Orientation::NoTransforms)
+    reader.into_decoder().and_then(|mut decoder| decoder.orientation()).ok()
 }
 
 /// Whether a JPEG file holds all of the picture that the decoder made of it.

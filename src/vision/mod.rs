@@ -51,7 +51,9 @@ pub(crate) mod tiff;
 
 pub use arena::Arena;
 pub use error::ImageError;
-pub use file::{ImageHeader, decode, decode_gray, is_turned, is_turned_bytes, load, load_gray};
+pub use file::{
+    ImageHeader, decode, decode_gray, is_turned, is_turned_bytes, load, load_gray, orientation, upright,
+};
 pub use gray::{DecodedImage, GRAY_WEIGHTS, to_gray};
 pub use planes::Planes;
 pub use strip_cache::CachedStrips;

@@ -27,6 +27,7 @@ mod mistakes;
 mod other;
 mod parts;
 mod report;
+mod resize;
 mod run;
 mod runs;
 mod show;

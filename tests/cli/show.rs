@@ -92,7 +92,8 @@ fn a_run_is_shown_on_what_it_holds_out() {
     assert!(text.starts_with("pictures: 3 pictures of the held-out images of run, all of them"), "{text}");
     let report = place.ok(&["eval", "run", "--json"]);
     let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
-    assert!(text.contains(&format!("\n{} of 12 answers correct within 3 rows", report["correct"])), "{text}");
+    assert!(text.contains(&format!("\n{} of 12 answers (", report["correct"])), "{text}");
+    assert!(text.contains(" %) correct within 3 rows (6.2 % of the height)"), "{text}");
     assert!(
         names(&place, "pictures")
             .iter()

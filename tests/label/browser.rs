@@ -37,6 +37,9 @@ pub(crate) enum Screen {
     Dark,
     /// 390 x 844, touched with fingers.
     Phone,
+    /// 400 x 800, touched with fingers, as many screen pixels as the page's.
+    #[allow(dead_code)] // the example has none
+    Narrow,
     /// 740 x 360: a phone held sideways.
     #[allow(dead_code)] // the example has none
     Sideways,
@@ -88,12 +91,13 @@ impl Browser {
         }
         let mut options = json!({ "args": flags });
         let phone = match screen {
-            Screen::Phone => Some((390, 844)),
-            Screen::Sideways => Some((740, 360)),
+            Screen::Phone => Some((390, 844, 2.0)),
+            Screen::Narrow => Some((400, 800, 1.0)),
+            Screen::Sideways => Some((740, 360, 2.0)),
             Screen::Desktop | Screen::Dark => None,
         };
-        if let Some((width, height)) = phone {
-            let metrics = json!({ "width": width, "height": height, "pixelRatio": 2.0, "touch": true });
+        if let Some((width, height, ratio)) = phone {
+            let metrics = json!({ "width": width, "height": height, "pixelRatio": ratio, "touch": true });
             options["mobileEmulation"] = json!({ "deviceMetrics": metrics });
         }
         let logs = json!({ "browser": "ALL" });
@@ -112,7 +116,14 @@ impl Browser {
         Browser { driver, port, runtime, client, _profile: profile }
     }
 
+    /// Opens a page, and what it shows to whoever sees it for the first time is closed.
     pub(crate) fn open(&self, address: &str) {
+        self.open_as_new(address);
+        self.get("document.getElementById('help')?.close?.()");
+    }
+
+    /// Opens a page as somebody does who may not have seen it before.
+    pub(crate) fn open_as_new(&self, address: &str) {
         self.runtime.block_on(self.client.goto(address)).expect("the page opens");
         self.wait("document.body.dataset.ready === 'true'");
     }

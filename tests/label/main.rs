@@ -3,6 +3,7 @@
 
 mod browser;
 mod common;
+mod first;
 mod http;
 mod odd;
 mod page;

@@ -220,7 +220,7 @@ fn on_a_phone_held_sideways() {
     assert_eq!(out_of_reach, json!([]));
     let buttons =
         browser.get("[...document.querySelectorAll('button')].filter((b) => b.offsetParent).length");
-    assert_eq!(buttons, 6 + 12 + 4, "columns, tools, zoom and help");
+    assert_eq!(buttons, 6 + 12 + 5, "columns, tools, zoom, brightness and help");
     // Nothing but the picture is moved to see it all.
     assert_eq!(browser.get("[scrollX, scrollY]"), json!([0, 0]));
 }

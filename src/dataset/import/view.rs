@@ -111,6 +111,52 @@ impl View {
         centres(part.top, part.height, self.size.map_or(part.height, |(_, height)| height))
     }
 
+    /// The largest part in the middle of a picture of this size that has the proportions of `wanted`, scaled to it.
+    ///
+    /// ```
+    /// use vsonar::dataset::import::{Crop, View};
+    ///
+    /// let view = View::filling((4032, 2268), (320, 240));
+    /// assert_eq!(view.crop, Some(Crop { left: 504, top: 0, width: 3024, height: 2268 }));
+    /// assert_eq!(View::filling((4032, 3024), (320, 240)).crop, None);
+    /// ```
+    pub fn filling((width, height): (u32, u32), wanted: (u32, u32)) -> View {
+        // A side in proportion to the other, rounded; at least a pixel, at most all there are.
+        let part = |other: u32, num: u32, den: u32, all: u32| {
+            let (num, den) = (u64::from(num), u64::from(den.max(1)));
+            let side = (u64::from(other) * num + den / 2) / den;
+            side.clamp(1, u64::from(all.max(1))) as u32
+        };
+        let (w, h) = (part(height, wanted.0, wanted.1, width), part(width, wanted.1, wanted.0, height));
+        let crop =
+            Crop { left: (width - w.min(width)) / 2, top: (height - h.min(height)) / 2, width: w, height: h };
+        View { crop: ((w, h) != (width, height)).then_some(crop), size: Some(wanted) }
+    }
+
+    /// The column of the result in which the middle of a column of the picture lies, for a picture of this size; `None` if it
+    /// is cut off.
+    pub fn column_of(&self, size: (u32, u32), x: u32) -> Option<u32> {
+        let part = self.part(size);
+        let x = x.checked_sub(part.left).filter(|&x| x < part.width)?;
+        let columns = u64::from(self.size.map_or(part.width, |(width, _)| width));
+        // Below `columns`, as x is below the part's width.
+        Some(((2 * u64::from(x) + 1) * columns / (2 * u64::from(part.width))) as u32)
+    }
+
+    /// The label in the result of a column whose label is `y` in a picture of this size: the lowest row whose middle is at `y`
+    /// or above it, for below it all is ground.
+    ///
+    /// 0, ground all the way up, stays so, and a label above what is cut out becomes it. `None` for a label below what is cut
+    /// out: whether the rows that are left are ground, it does not tell.
+    pub fn label_of(&self, size: (u32, u32), y: u32) -> Option<u32> {
+        let part = self.part(size);
+        match y {
+            0 => Some(0),
+            y if y >= part.top.saturating_add(part.height) => None,
+            y => Some((self.rows(size).take_while(|&row| row <= y).count() as u32).saturating_sub(1)),
+        }
+    }
+
     /// The picture as it is wanted.
     ///
     /// # Errors
@@ -173,6 +219,80 @@ mod tests {
         let plain = GrayImage::from_pixel(64, 40, Luma([77]));
         let scaled = View { crop: None, size: Some((19, 33)) }.of(plain).expect("inside");
         assert!(scaled.pixels().all(|p| p.0 == [77]));
+    }
+
+    #[test]
+    fn pictures_are_filled_from_their_middle() {
+        let crop = |picture, wanted| View::filling(picture, wanted).crop;
+        assert_eq!(
+            crop((3024, 4032), (320, 240)),
+            Some(Crop { left: 0, top: 882, width: 3024, height: 2268 })
+        );
+        assert_eq!(
+            crop((1920, 1080), (320, 240)),
+            Some(Crop { left: 240, top: 0, width: 1440, height: 1080 })
+        );
+        // Less than half a pixel too much is no reason to cut.
+        assert_eq!([crop((1365, 1024), (320, 240)), crop((1920, 1080), (320, 180))], [None; 2]);
+        for picture in [(1, 65_535), (65_535, 1), (17, 23), (u32::MAX, 16)] {
+            for wanted in [(16, 16), (320, 240), (16, 65_535), (65_535, 16)] {
+                let view = View::filling(picture, wanted);
+                assert_eq!(view.size_of(picture), Ok(wanted), "{picture:?} {wanted:?}");
+                let part = view.part(picture);
+                assert!(part.width == picture.0 || part.height == picture.1, "{picture:?} {wanted:?}");
+            }
+        }
+    }
+
+    /// A label is carried as an import of the picture would have found it, with an obstacle from the label up.
+    #[test]
+    fn labels_are_carried_as_an_import_finds_them() {
+        use super::super::Surface::{Ground, Other};
+        let (width, height) = (50, 90);
+        let whole = [None, Some((20, 16)), Some((160, 180)), Some((33, 91))];
+        let views = whole.map(|size| View { crop: None, size }).into_iter().chain([
+            View::filling((width, height), (20, 20)),
+            View::filling((width, height), (16, 60)),
+            View { crop: Some(Crop { left: 3, top: 10, width: 40, height: 80 }), size: None },
+        ]);
+        for view in views {
+            let part = view.part((width, height));
+            let last = view.size_of((width, height)).expect("inside").1 - 1;
+            for y in 0..height {
+                let surface = |row: u32| if y > 0 && row <= y { Other } else { Ground };
+                let seen: Vec<_> = view.rows((width, height)).map(surface).collect();
+                let expected = (y == 0 || y < part.top + part.height)
+                    .then(|| super::super::label(&seen).expect("known"));
+                assert_eq!(view.label_of((width, height), y), expected, "{view:?} {y}");
+            }
+            assert_eq!(view.label_of((width, height), 0), Some(0), "ground all the way up stays so");
+            let bottom = (part.top + part.height == height).then_some(last);
+            assert_eq!(
+                view.label_of((width, height), height - 1),
+                bottom,
+                "{view:?}: an obstacle at the bottom"
+            );
+        }
+    }
+
+    #[test]
+    fn columns_are_where_their_middles_are() {
+        let half =
+            View { crop: Some(Crop { left: 10, top: 0, width: 64, height: 48 }), size: Some((32, 24)) };
+        let of = |x| half.column_of((100, 48), x);
+        assert_eq!([9, 10, 11, 12, 73, 74].map(of), [None, Some(0), Some(0), Some(1), Some(31), None]);
+        // The six columns of a photograph are the six of the small picture.
+        for columns in [1, 3, 6, 12] {
+            let view = View::filling((4032, 3024), (320, 240));
+            let before = crate::dataset::spread(columns, 4032);
+            let after: Vec<u32> = before.iter().filter_map(|&x| view.column_of((4032, 3024), x)).collect();
+            assert_eq!(after, crate::dataset::spread(columns, 320), "{columns}");
+        }
+        // Back and forth: what shows the middle of a column is that column.
+        let view = View { crop: None, size: Some((21, 16)) };
+        for (column, x) in view.columns((63, 48)).enumerate() {
+            assert_eq!(view.column_of((63, 48), x), Some(column as u32));
+        }
     }
 
     #[test]

@@ -1,11 +1,21 @@
 // Keys and buttons, and what each of them does.
 
 import { column, image, session } from "./desk.js";
-import { $, fit, say, warn, zoom } from "./screen.js";
+import { $, fit, light, lighter, say, warn, zoom } from "./screen.js";
+
+/// What a browser that has seen the task remembers. The port differs each time, and the page's storage with it; a cookie is
+/// for all ports.
+const SEEN = "vsonar-label=seen";
 
 function help() {
   $("help").showModal();
   $("help").scrollTop = 0;
+}
+
+/// Shows the task to whoever sees the page for the first time.
+export function task() {
+  $("help").addEventListener("close", () => { document.cookie = `${SEEN}; path=/; max-age=31536000; samesite=strict`; });
+  if (!document.cookie.split("; ").includes(SEEN)) help();
 }
 
 /// Has keys and buttons do these, from now on.
@@ -22,6 +32,7 @@ export function listen({ accept, andOn, choose, copy, firstGap, nudge, put, show
     f: () => firstGap() || say("Every column of every image is marked."),
     s: toggleSuggestions, a: (e) => take(e.shiftKey),
     "+": () => zoom(1.5), "=": () => zoom(1.5), "-": () => zoom(1 / 1.5), "0": fit,
+    b: () => lighter(1), d: () => lighter(-1), r: () => light(0),
     "?": help,
   };
 
@@ -36,6 +47,8 @@ export function listen({ accept, andOn, choose, copy, firstGap, nudge, put, show
     }
     // A button that has the focus is pressed by these.
     if (event.target instanceof HTMLButtonElement && (key === "Enter" || key === " ")) return;
+    // So is the slider moved by these.
+    if (event.target === $("light") && (key.startsWith("Arrow") || key.startsWith("Page") || key === "Home" || key === "End")) return;
     if (key >= "1" && key <= "9") {
       const index = Number(key) - 1;
       if (index < session.columns.length) choose(index);
@@ -46,7 +59,7 @@ export function listen({ accept, andOn, choose, copy, firstGap, nudge, put, show
     event.preventDefault();
     warn();
     // Held down, a key moves; it does not mark one column after the other.
-    const moves = key.startsWith("Arrow") || key.startsWith("Page") || "np+-=".includes(key);
+    const moves = key.startsWith("Arrow") || key.startsWith("Page") || "np+-=bd".includes(key);
     if (!event.repeat || moves) action(event);
   });
 
@@ -54,7 +67,7 @@ export function listen({ accept, andOn, choose, copy, firstGap, nudge, put, show
     previous: () => show(image - 1), next: () => show(image + 1), up: () => nudge(-1), down: () => nudge(1), accept,
     ground: () => andOn(0), skip: () => andOn("skip"), copy, clear: () => put(null), undo, suggest: toggleSuggestions,
     take: () => take(false), "zoom-in": () => zoom(1.5), "zoom-out": () => zoom(1 / 1.5),
-    "zoom-fit": fit, "help-open": help,
+    "zoom-fit": fit, "light-reset": () => light(0), "help-open": help,
   };
   for (const [id, action] of Object.entries(BUTTONS)) {
     $(id).addEventListener("click", (event) => {
@@ -65,6 +78,9 @@ export function listen({ accept, andOn, choose, copy, firstGap, nudge, put, show
       if (event.detail > 0) event.currentTarget.blur();
     });
   }
+  $("light").addEventListener("input", () => light($("light").valueAsNumber));
+  // Moved with a pointer, it does not keep the keys for itself.
+  for (const kind of ["pointerup", "pointercancel"]) $("light").addEventListener(kind, () => $("light").blur());
   // Held down, the arrows go on.
   for (const [id, rows] of [["up", -1], ["down", 1]]) {
     let timer = null;

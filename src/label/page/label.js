@@ -4,7 +4,7 @@ import {
   begun, column, draft, image, inside, isDone, mark, marks, name, pick, places, row, session, suggest, suggested, suggesting,
   suggestions, told, turnTo, x,
 } from "./desk.js";
-import { listen } from "./keys.js";
+import { listen, task } from "./keys.js";
 import { Pointers } from "./pointers.js";
 import { $, alerted, canvas, count, countAll, follow, pace, paint, renderSaved, say, showDrag, tally, view, warn } from "./screen.js";
 
@@ -118,6 +118,7 @@ function show(index) {
   lacking = "";
   // Never the marks of one image on another; one that is there already is shown before the next frame is drawn.
   view.image = null;
+  view.awaited = name();
   const gap = session.columns.findIndex((_, i) => mark(i) === null);
   pick(Math.max(gap, 0));
   // Browsers allow it only so many times in a while.
@@ -139,12 +140,14 @@ async function load(index) {
     const loaded = await ready;
     if (image !== index || pictures.get(index) !== ready) return;
     view.image = loaded;
+    view.awaited = "";
     if (unmarked || lacking) say();
     lacking = "";
     unmarked = false;
     paint();
   } catch {
     if (image !== index || view.image) return;
+    view.awaited = "";
     lacking = `${name()} cannot be shown, so it cannot be marked; is vsonar still running?`;
     say(lacking);
     reload = setTimeout(() => load(index), RELOAD);
@@ -243,6 +246,10 @@ async function begin() {
   const asked = Number(location.hash.slice(1)) - 1;
   if (session.images[asked]) show(asked);
   else if (!firstGap()) show(0);
+  if (!document.body.dataset.ready) {
+    if (session.remarks.length) warn(session.remarks.join(" "));
+    task();
+  }
   document.body.dataset.ready = "true";
 }
 
@@ -266,7 +273,8 @@ marks.addEventListener("refused", ({ detail: { image: file, x: at, to, now } }) 
   warn(`Column ${index} of ${file} was marked elsewhere meanwhile and is ${told(now)}; yours (${told(to)}) was not saved. Mark it again to replace it.`);
   paint();
 });
-window.addEventListener("resize", () => { view.hold(); paint(); });
+// Not the window alone: a line of the page that comes or goes leaves it another room.
+new ResizeObserver(() => { view.hold(); paint(); }).observe(canvas);
 window.addEventListener("beforeunload", (event) => { if (marks.unsaved) event.preventDefault(); });
 window.addEventListener("pagehide", () => marks.leave());
 begin();

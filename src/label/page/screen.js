@@ -8,7 +8,7 @@ import { View } from "./view.js";
 
 export const $ = (id) => document.getElementById(id);
 export const canvas = $("picture");
-export const view = new View(canvas);
+export const view = new View(canvas, $("pixels"));
 export const pace = new Pace();
 
 /// Milliseconds after which saving is worth a word.
@@ -32,6 +32,18 @@ export function fit() {
   view.fit();
   paint();
 }
+
+/// Shows pixels brighter or darker by so many half stops, in this and every other image; nothing else depends on it.
+export function light(halfStops) {
+  const slider = $("light");
+  slider.value = halfStops;
+  const times = 2 ** (slider.valueAsNumber / 2);
+  slider.setAttribute("aria-valuetext", `${times.toFixed(1)} times`);
+  $("light-reset").disabled = times === 1;
+  view.below.style.filter = times === 1 ? "" : `brightness(${times})`;
+}
+
+export const lighter = (halfStops) => light($("light").valueAsNumber + halfStops);
 
 let painting = false;
 export function paint() {
@@ -63,6 +75,9 @@ function render() {
   $("count").textContent = `Image ${image + 1} of ${session.images.length} · ${session.folder}`;
   document.title = `${image + 1}/${session.images.length} ${name()} – vsonar label`;
   canvas.dataset.image = view.image ? image + 1 : "";
+  $("loading").hidden = !view.awaited;
+  const awaited = `Loading ${view.awaited} …`;
+  if (view.awaited && $("loading").lastChild.textContent !== awaited) $("loading").lastChild.textContent = awaited;
   renderColumns();
   renderProgress();
   renderSaved();

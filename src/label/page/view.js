@@ -1,4 +1,4 @@
-// The image on its canvas, with columns, marks and ghosts; zoom; where a pointer is.
+// The image on one canvas, columns, marks and ghosts on another above it; zoom; where a pointer is.
 
 const COLOURS = {
   mark: "#3ddc97", active: "#ffb627", before: "#c9adff", suggestion: "#ff7a70", line: "#ffffff70", halo: "#000000a0", skip: "#aab4be",
@@ -6,11 +6,14 @@ const COLOURS = {
 const MAX_SCALE = 40;
 
 export class View {
-  constructor(canvas) {
+  constructor(canvas, below) {
     this.canvas = canvas;
-    this.context = canvas.getContext("2d", { alpha: false });
+    this.below = below;             // has the pixels alone, so that marks keep their colours when these are brightened
+    this.context = canvas.getContext("2d");
+    this.pixels = below.getContext("2d");
     this.zoom = 1;
     this.image = null;
+    this.awaited = "";              // name of the image that is not there yet
     this.size = { width: 1, height: 1 };
     this.centre = { x: 0.5, y: 0.5 };
     this.loupe = null;
@@ -85,13 +88,16 @@ export class View {
     const { canvas, context: c } = this;
     const ratio = window.devicePixelRatio || 1;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-      canvas.width = Math.round(width * ratio);
-      canvas.height = Math.round(height * ratio);
+    for (const one of [canvas, this.below]) {
+      if (one.width !== Math.round(width * ratio) || one.height !== Math.round(height * ratio)) {
+        one.width = Math.round(width * ratio);
+        one.height = Math.round(height * ratio);
+      }
     }
-    c.setTransform(ratio, 0, 0, ratio, 0, 0);
-    c.fillStyle = "#0a0d11";
-    c.fillRect(0, 0, width, height);
+    for (const one of [c, this.pixels]) {
+      one.setTransform(ratio, 0, 0, ratio, 0, 0);
+      one.clearRect(0, 0, width, height);
+    }
     const s = this.scale;
     const place = { s, left: width / 2 - this.centre.x * s, top: height / 2 - this.centre.y * s };
     this.#picture(place);
@@ -104,8 +110,8 @@ export class View {
 
   #picture({ s, left, top }) {
     if (!this.image) return;
-    this.context.imageSmoothingEnabled = s < 1;
-    this.context.drawImage(this.image, left, top, this.size.width * s, this.size.height * s);
+    this.pixels.imageSmoothingEnabled = s < 1;
+    this.pixels.drawImage(this.image, left, top, this.size.width * s, this.size.height * s);
   }
 
   #line(x0, y0, x1, y1, colour, width, dash = []) {
@@ -216,15 +222,17 @@ export class View {
     const cx = Math.min(Math.max(x + (x > width / 2 ? -110 : 110), radius + 4), width - radius - 4);
     const cy = Math.max(y - 90, radius + 4);
     const zoom = Math.max(s * 2.5, 8);
-    c.save();
-    c.beginPath();
-    c.arc(cx, cy, radius, 0, 2 * Math.PI);
-    c.clip();
-    c.fillStyle = "#0a0d11";
-    c.fillRect(cx - radius, cy - radius, 2 * radius, 2 * radius);
-    c.imageSmoothingEnabled = false;
+    for (const one of [c, this.pixels]) {
+      one.save();
+      one.beginPath();
+      one.arc(cx, cy, radius, 0, 2 * Math.PI);
+      one.clip();
+      one.clearRect(cx - radius, cy - radius, 2 * radius, 2 * radius);
+    }
+    this.pixels.imageSmoothingEnabled = false;
     const [ox, oy] = [cx - (column.x + 0.5) * zoom, cy - (row + 1) * zoom];
-    c.drawImage(this.image, ox, oy, this.size.width * zoom, this.size.height * zoom);
+    this.pixels.drawImage(this.image, ox, oy, this.size.width * zoom, this.size.height * zoom);
+    this.pixels.restore();
     this.#line(cx, cy + 10, cx, cy + radius, COLOURS.active, 2);
     this.#tick(cx, cy, 10, 34, COLOURS.active, 3);
     c.restore();
