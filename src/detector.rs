@@ -1,14 +1,19 @@
 //! Detectors: a gray image and columns in, rows out.
 //!
 //! Evolved and compiled, exported, hand-written or ideal: whatever finds obstacles is a [`Detector`]. This module
-//! holds the trait and [`CompiledDetector`], a program compiled once and called on any number of images.
+//! holds the trait and what makes a detector of a program: [`CompiledDetector`], [`InterpretedDetector`], and
+//! [`ProgramDetector`], which is the first where this machine can compile the program and else the second.
+
+use std::sync::Arc;
 
 use image::GrayImage;
 use vsonar_ir::Program;
 
 use crate::exec::ExecError;
+use crate::exec::batch::BatchExecutor;
 use crate::export::native::{JitRows, NativeError};
 use crate::tree::Individual;
+use crate::vision::{CaseSet, Lane, WindowSums};
 
 /// Why an image could not be looked at.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -124,10 +129,12 @@ impl CompiledDetector {
     /// Compiles a program for this machine. Optimise it first ([`vsonar_ir::opt::optimise`]).
     ///
     /// # Errors
-    /// If there is no code generator for this machine, or the system refuses executable memory.
+    /// If there is no code generator for this machine, the system refuses executable memory, or the program is too
+    /// long to be compiled ([`crate::exec::MAX_COMPILED`]).
     pub fn compile(program: &Program) -> Result<CompiledDetector, ExecError> {
         let code = JitRows::compile(program).map_err(|error| match error {
-            NativeError::Memory(message) => ExecError::Memory(std::io::Error::other(message)),
+            NativeError::Memory(error) => ExecError::Memory(std::io::Error::other(error)),
+            NativeError::TooLong { instructions } => ExecError::TooLong { instructions },
             other => ExecError::Compile(other.to_string()),
         })?;
         Ok(CompiledDetector { program: program.clone(), code })
@@ -169,6 +176,104 @@ impl Detector for CompiledDetector {
         let code = self.code.run(image.as_raw(), self.width() as usize, columns, rows);
         assert_eq!(code, 0, "the arguments have been checked");
         Ok(())
+    }
+}
+
+/// A program run by the batch interpreter, to be called on images from any number of threads.
+///
+/// It gives the bits of a [`CompiledDetector`] and needs no executable memory, but it computes every image operator over
+/// the whole of each image, which takes milliseconds.
+#[derive(Debug)]
+pub struct InterpretedDetector {
+    program: Program,
+    executor: BatchExecutor,
+}
+
+impl InterpretedDetector {
+    /// A detector that interprets the program. Optimise it first ([`vsonar_ir::opt::optimise`]).
+    pub fn new(program: &Program) -> InterpretedDetector {
+        InterpretedDetector { program: program.clone(), executor: BatchExecutor::widest() }
+    }
+}
+
+impl Detector for InterpretedDetector {
+    fn width(&self) -> u32 {
+        self.program.width()
+    }
+
+    fn height(&self) -> u32 {
+        self.program.height()
+    }
+
+    fn detect(&self, image: &GrayImage, columns: &[u32], rows: &mut [f32]) -> Result<(), DetectError> {
+        check_arguments((self.width(), self.height()), image, columns, rows)?;
+        let lanes = columns.iter().map(|&column| Lane { image: 0, column }).collect();
+        let cases = CaseSet::new(vec![Arc::new(WindowSums::new(image))], lanes);
+        let cases = cases.unwrap_or_else(|fault| unreachable!("the arguments have been checked: {fault}"));
+        let run = self.executor.batch_worker().run(&self.program, &cases, rows);
+        run.unwrap_or_else(|fault| unreachable!("the image is of the program's size: {fault}"));
+        Ok(())
+    }
+}
+
+/// A program as a detector: compiled where this machine can compile it, else interpreted, with the same bits.
+///
+/// ```
+/// use vsonar::detector::{Detector, ProgramDetector};
+/// use vsonar::{ir::opt, lower::lower};
+/// let individual = "(individual (iterate-down 3x3 x-obstacle (set-a y)))".parse()?;
+/// let detector = ProgramDetector::new(&opt::optimise(&lower(&individual, 64, 48)));
+/// let mut rows = [0.0];
+/// detector.detect(&image::GrayImage::new(64, 48), &[10], &mut rows)?;
+/// assert_eq!(rows, [46.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct ProgramDetector(Made);
+
+#[derive(Debug)]
+enum Made {
+    Compiled(CompiledDetector),
+    Interpreted(InterpretedDetector, ExecError),
+}
+
+impl ProgramDetector {
+    /// Compiles the program or, if that cannot be done, prepares it to be interpreted. Optimise it first
+    /// ([`vsonar_ir::opt::optimise`]).
+    pub fn new(program: &Program) -> ProgramDetector {
+        ProgramDetector(match CompiledDetector::compile(program) {
+            Ok(detector) => Made::Compiled(detector),
+            Err(error) => Made::Interpreted(InterpretedDetector::new(program), error),
+        })
+    }
+
+    /// Why the program is interpreted, if it is.
+    pub const fn why_interpreted(&self) -> Option<&ExecError> {
+        match &self.0 {
+            Made::Compiled(_) => None,
+            Made::Interpreted(_, error) => Some(error),
+        }
+    }
+
+    fn made(&self) -> &dyn Detector {
+        match &self.0 {
+            Made::Compiled(detector) => detector,
+            Made::Interpreted(detector, _) => detector,
+        }
+    }
+}
+
+impl Detector for ProgramDetector {
+    fn width(&self) -> u32 {
+        self.made().width()
+    }
+
+    fn height(&self) -> u32 {
+        self.made().height()
+    }
+
+    fn detect(&self, image: &GrayImage, columns: &[u32], rows: &mut [f32]) -> Result<(), DetectError> {
+        self.made().detect(image, columns, rows)
     }
 }
 

@@ -1,6 +1,8 @@
 //! The compiler and the batch interpreter against the reference evaluator, on random and on chosen programs.
 
 mod common;
+#[path = "backends/long.rs"]
+mod long;
 
 use common::{case_set, image, same};
 use image::GrayImage;

@@ -110,7 +110,7 @@ fn colour_is_weighted_and_alpha_ignored() {
         let [r, g, b] = colour().get_pixel(x, y).0;
         Rgba([r, g, b, (x * y) as u8])
     });
-    assert_eq!(to_gray(DynamicImage::ImageRgba8(rgba)), luma);
+    assert_eq!(to_gray(DynamicImage::ImageRgba8(rgba)), gray);
 }
 
 #[test]

@@ -3,7 +3,6 @@
 use std::str::FromStr;
 
 use vsonar::baseline::{Rival, Tuned};
-use vsonar::detector::CompiledDetector;
 use vsonar::drive::flow::{Flow, FlowDetector};
 use vsonar::drive::sonar::Sonar;
 use vsonar::drive::source::{Camera, RangeSource};
@@ -122,7 +121,7 @@ impl Sensor {
         let columns = columns.to_vec();
         Ok(match self {
             Sensor::Program(program) => {
-                let detector = CompiledDetector::compile(program)?;
+                let detector = super::program::detector(program, false);
                 Box::new(Camera::with(Box::new(detector), office, columns, median))
             }
             Sensor::Sonar => Box::new(Sonar::new(seed)),

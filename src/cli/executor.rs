@@ -102,10 +102,17 @@ fn batch(vectors: Vectors) -> Result<Arc<dyn Executor>, ExecError> {
 }
 
 fn unusable(name: &str, error: &ExecError) -> CliError {
-    let remedy = "; every machine can run `--executor tree`, with the same results, only slower";
-    let text = error.to_string();
-    let remedy = if text.contains("--executor tree") { "" } else { remedy };
-    CliError::Failed(format!("the executor {name} cannot be used on this machine: {text}{remedy}"))
+    CliError::Failed(format!("the executor {name} cannot be used on this machine: {error}{}", remedy(error)))
+}
+
+/// What to do about it: what one executor cannot run another can.
+fn remedy(error: &ExecError) -> &'static str {
+    match error {
+        ExecError::ImageSize { .. } | ExecError::Side { .. } => "",
+        ExecError::Vectors(_) | ExecError::Compile(_) | ExecError::Memory(_) | ExecError::TooLong { .. } => {
+            "; choose `--executor batch`, which compiles nothing, runs on every machine and gives the same answers"
+        }
+    }
 }
 
 /// The answers of an individual to all cases of a set, in their order.
@@ -121,7 +128,7 @@ pub(crate) fn answers(
         executor.worker()?.answers(&candidate, &cases, &mut answers)?;
         Ok(answers)
     };
-    Ok(with_stack(run)??)
+    with_stack(run)?.map_err(|error| CliError::Failed(format!("{error}{}", remedy(&error))))
 }
 
 /// Calls a function on a thread with room for deep recursion.

@@ -289,6 +289,9 @@ fn explain(
 ) -> Result<Explanation, CliError> {
     let (width, height) = data.map_or(args.size.unwrap_or(SIZE), |(set, _)| (set.width(), set.height()));
     let mut explanation = Explanation::new(individual, width, height)?;
+    if let Some(why) = &explanation.why_interpreted {
+        program::note_interpreted(why);
+    }
     if let Some((set, tolerance)) = data {
         explanation.add_data(set, *tolerance)?;
     }

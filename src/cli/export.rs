@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use clap::ValueEnum;
 use serde::Serialize;
 use vsonar::camera::Camera;
-use vsonar::export::native::{Object, Target};
+use vsonar::export::native::{NativeError, Object, Target};
 use vsonar::export::{self, MEDIAN, Request, Symbol};
 use vsonar::ir::{opt, text};
 
@@ -148,7 +148,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let kinds = kinds(&args, &target);
     let request = with_stack(|| request(&args))??;
     let native = kinds.iter().any(|kind| Kind::NATIVE.contains(kind));
-    let object = if native { Some(Object::compile(&request, &target)?) } else { None };
+    let object = if native { Some(object(&request, &target)?) } else { None };
     let stack = object.as_ref().map(|object| object.stack);
     let mut files = Vec::new();
     for &kind in &kinds {
@@ -184,6 +184,21 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     } else {
         output::print(&table(&summary, &kinds, &request, &target))
     }
+}
+
+/// The object file.
+fn object(request: &Request, target: &Target) -> Result<Object, CliError> {
+    Object::compile(request, target).map_err(|error| {
+        let remedy = match &error {
+            NativeError::TooLong { .. } => {
+                "; `--emit c,header` exports it as C source, which a C compiler may take long over, and `vsonar run` \
+                 interprets it"
+            }
+            NativeError::Compile(_) | NativeError::Call { .. } => "; `--emit c,header` exports it as C source",
+            NativeError::Target(_) | NativeError::Memory(_) | NativeError::Stack { .. } => "",
+        };
+        CliError::Failed(format!("{error}{remedy}"))
+    })
 }
 
 /// What to write, in the order of the list, each once.

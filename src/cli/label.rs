@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde::Serialize;
 use vsonar::dataset::Deeper;
 use vsonar::dataset::scale::useful_size;
-use vsonar::detector::CompiledDetector;
+use vsonar::detector::ProgramDetector;
 use vsonar::ir::opt;
 use vsonar::label::{self, Columns, LeftOut, Progress, Session, SessionError};
 use vsonar::web::Server;
@@ -119,13 +119,13 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
 }
 
 /// The program of a file, or the best one of a run, for images of this size.
-fn detector(path: &Path, size: (u32, u32)) -> Result<CompiledDetector, CliError> {
+fn detector(path: &Path, size: (u32, u32)) -> Result<ProgramDetector, CliError> {
     let path = &program::file(path)?;
     let compiled = with_stack(|| {
         let loaded = Loaded::load(path)?;
         loaded.check_images(path, size)?;
         loaded.note_size(path, size);
-        Ok(CompiledDetector::compile(&opt::optimise(&loaded.lowered(size)))?)
+        Ok(program::detector(&opt::optimise(&loaded.lowered(size)), false))
     });
     compiled?
 }

@@ -1,7 +1,9 @@
 //! A program from a file: as evolved (.gp), or in the compiler's own text form (.vir).
 
 use std::path::{Path, PathBuf};
+use std::sync::Once;
 
+use vsonar::detector::ProgramDetector;
 use vsonar::export::Provenance;
 use vsonar::ir::{Program, text};
 use vsonar::support::bounded::Bounded;
@@ -137,6 +139,23 @@ pub(crate) fn note_size(path: &Path, text: &str, size: (u32, u32)) {
 /// The size of the images that a program was evolved on, as its comment says, if there can be programs for it.
 pub(crate) fn evolved_on(text: &str) -> Option<(u32, u32)> {
     Provenance::of_text(text).size.filter(|&(width, height)| Program::fits(width, height))
+}
+
+/// The detector of an optimised program. Where the program is interpreted, a note says so, unless `quiet`.
+pub(crate) fn detector(program: &Program, quiet: bool) -> ProgramDetector {
+    let detector = ProgramDetector::new(program);
+    if let Some(why) = detector.why_interpreted().filter(|_| !quiet) {
+        note_interpreted(why);
+    }
+    detector
+}
+
+/// Says once that a program is interpreted, and why.
+pub(crate) fn note_interpreted(why: impl std::fmt::Display) {
+    static SAID: Once = Once::new();
+    SAID.call_once(|| {
+        eprintln!("note: the program is interpreted, with the same answers, only slower: {why}");
+    });
 }
 
 /// The size of images unless one is given: that of the method.

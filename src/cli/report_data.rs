@@ -20,6 +20,7 @@ use super::eval_cases::settings_of;
 use super::executor::with_stack;
 use super::memory::MemoryArgs;
 use super::output::{printable, shell_word};
+use super::program::note_interpreted;
 use super::source::Source;
 use super::tuning::Copies;
 use super::{CliError, part, summary};
@@ -254,6 +255,9 @@ fn explain(
 ) -> Result<Result<Explanation, ExplainError>, CliError> {
     with_stack(|| {
         let mut explanation = Explanation::new(best, set.width(), set.height())?;
+        if let Some(why) = &explanation.why_interpreted {
+            note_interpreted(why);
+        }
         explanation.add_data(set, tolerance)?;
         Ok(explanation)
     })

@@ -9,7 +9,6 @@ use std::time::{Duration, Instant};
 use clap::ValueEnum;
 use vsonar::camera::Camera;
 use vsonar::camera::ground::Ground;
-use vsonar::detector::CompiledDetector;
 use vsonar::frames::feed::{Feed, Next, Pace};
 use vsonar::frames::record::{Every, Recorder};
 use vsonar::frames::{Frame, MAX_PIXELS, Rate};
@@ -136,7 +135,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     if !args.quiet {
         loaded.note_size(&file, size);
     }
-    let detector = with_stack(|| CompiledDetector::compile(&opt::optimise(&loaded.lowered(size))))??;
+    let detector = with_stack(|| program::detector(&opt::optimise(&loaded.lowered(size)), args.quiet))?;
     let columns = args.columns.of(size.0)?;
     if let (Some(camera), Some(path)) = (&camera, &args.camera) {
         let checked = camera.check(size.0, size.1);

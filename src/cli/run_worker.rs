@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use vsonar::camera::ground::{Ground, Range, median_of_three};
-use vsonar::detector::{CompiledDetector, DetectError, Detector};
+use vsonar::detector::{DetectError, Detector, ProgramDetector};
 use vsonar::frames::Frame;
 use vsonar::ir::machine::Scalar;
 
@@ -19,7 +19,7 @@ pub(crate) struct Answers {
 
 /// From a frame to answers.
 pub(crate) struct Worker {
-    detector: CompiledDetector,
+    detector: ProgramDetector,
     ground: Option<Ground>,
     /// With a median the last answer of each column and the one before; NaN at first.
     before: Option<Vec<[f32; 2]>>,
@@ -28,7 +28,7 @@ pub(crate) struct Worker {
 
 impl Worker {
     pub(crate) fn new(
-        detector: CompiledDetector,
+        detector: ProgramDetector,
         columns: Vec<u32>,
         median: bool,
         ground: Option<Ground>,

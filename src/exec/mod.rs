@@ -142,15 +142,28 @@ pub enum ExecError {
         height: u32,
     },
     /// The machine has no vectors of this width.
-    #[error("this machine has no vectors of {} lanes; choose `--executor batch`, which takes the widest it has", .0.lanes())]
+    #[error("this machine has no vectors of {} lanes", .0.lanes())]
     Vectors(batch::Vectors),
     /// Code could not be generated.
     #[error("the program could not be compiled: {0}")]
     Compile(String),
     /// Executable memory was refused by the system.
-    #[error("no executable memory: {0}; choose `--executor tree` or `--executor reference`, which need none")]
+    #[error("no executable memory: {0}")]
     Memory(std::io::Error),
+    /// The program has more than [`MAX_COMPILED`] instructions.
+    #[error("the program has {instructions} instructions, and native code is made of at most {MAX_COMPILED}")]
+    TooLong {
+        /// How many it has.
+        instructions: usize,
+    },
 }
+
+/// Programs of more instructions ([`Program::len`]) are not compiled to native code, which would take longer than
+/// anybody waits for; interpreters run programs of any length.
+pub const MAX_COMPILED: usize = 200_000;
+
+/// Bytes of stack that compiled code may take in this process, whose threads have two megabytes.
+pub(crate) const MAX_STACK: usize = 512 << 10;
 
 /// Refuses cases whose images are not of a program's size, given as width and height.
 pub(crate) fn check_size(program: (u32, u32), cases: &CaseSet) -> Result<(), ExecError> {

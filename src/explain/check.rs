@@ -1,4 +1,4 @@
-//! Holding a listing's text against the compiled detector.
+//! Holding a listing's text against the program's detector.
 
 use image::{GrayImage, Luma};
 use serde::Serialize;
@@ -8,7 +8,7 @@ use vsonar_ir::{Program, Windows};
 use super::ExplainError;
 use super::listing::Listing;
 use crate::dataset::Dataset;
-use crate::detector::{CompiledDetector, Detector};
+use crate::detector::{Detector, ProgramDetector};
 use crate::vision::WindowSums;
 
 /// What a listing was held against.
@@ -30,13 +30,18 @@ const PIXELS: usize = 4 << 20;
 /// The text, read back, and the detector it is held against.
 pub(super) struct Check {
     listing: Listing,
-    detector: CompiledDetector,
+    detector: ProgramDetector,
 }
 
 impl Check {
     pub(super) fn new(text: &str, program: &Program) -> Result<Check, ExplainError> {
         let listing = text.parse().map_err(ExplainError::Unreadable)?;
-        Ok(Check { listing, detector: CompiledDetector::compile(program)? })
+        Ok(Check { listing, detector: ProgramDetector::new(program) })
+    }
+
+    /// Why the program is interpreted and not compiled, if it is.
+    pub(super) fn why_interpreted(&self) -> Option<String> {
+        self.detector.why_interpreted().map(ToString::to_string)
     }
 
     fn compare<W: Windows + ?Sized>(

@@ -88,9 +88,9 @@ pub enum ExplainError {
     /// It has no readable form.
     #[error(transparent)]
     NotReadable(#[from] NotReadable),
-    /// It could not be compiled for this size of images on this machine.
+    /// There are no programs for images of this size.
     #[error(transparent)]
-    Compile(#[from] ExecError),
+    Size(#[from] ExecError),
     /// The images are not of the size that the explanation is for.
     #[error(transparent)]
     Detect(#[from] DetectError),
@@ -133,6 +133,9 @@ pub struct Explanation {
     /// Which nodes of the trees do anything.
     #[serde(skip)]
     pub live: Live,
+    /// Why the program that the text was held against was interpreted and not compiled, if it was.
+    #[serde(skip)]
+    pub why_interpreted: Option<String>,
     #[serde(skip)]
     program: Program,
 }
@@ -146,7 +149,7 @@ impl Explanation {
     /// on random images.
     ///
     /// # Errors
-    /// If there are no programs for images of this size, or the machine cannot compile them.
+    /// If there are no programs for images of this size, or this one has no readable form.
     pub fn new(individual: &Individual, width: u32, height: u32) -> Result<Explanation, ExplainError> {
         if !Program::fits(width, height) {
             return Err(ExecError::Side { width, height }.into());
@@ -159,7 +162,8 @@ impl Explanation {
         let live = Live::of(individual, &program);
         let letters = letters::Letters::of(individual, &live, &lowered, &program, &images);
         let listing = build::listing(&program, &letters.names)?;
-        let checked = check::Check::new(&listing.to_string(), &program)?.on_images(&images)?;
+        let check = check::Check::new(&listing.to_string(), &program)?;
+        let checked = check.on_images(&images)?;
         let uses = Uses::of(individual, (&program, &listing), before, &live, &letters);
         Ok(Explanation {
             listing,
@@ -168,6 +172,7 @@ impl Explanation {
             profile: None,
             contributions: Contributions::default(),
             live,
+            why_interpreted: check.why_interpreted(),
             program,
         })
     }

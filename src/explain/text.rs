@@ -145,8 +145,9 @@ pub fn listing(explanation: &Explanation) -> String {
 /// What the text was held against.
 pub fn checked(explanation: &Explanation) -> String {
     let checked = &explanation.checked;
+    let how = if explanation.why_interpreted.is_some() { "interpreted" } else { "compiled" };
     format!(
-        "Checked: read back and run as it stands, the text above gives the same {} answers as the compiled program on {}, \
+        "Checked: read back and run as it stands, the text above gives the same {} answers as the {how} program on {}, \
          bit for bit.",
         checked.answers, checked.on
     )

@@ -3,6 +3,7 @@
 
 use std::io::Cursor;
 
+use image::error::{DecodingError, ImageFormatHint};
 use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Rgb, RgbImage};
 
 use super::error::MAX_BYTES;
@@ -171,16 +172,25 @@ impl Palette {
         limits.max_alloc = Some(2 * MAX_BYTES);
         reader.limits(limits);
         let decoded = reader.decode()?;
+        let (width, height) = self.size;
+        let packed = (u64::from(width) * u64::from(self.bits.min(8))).div_ceil(8);
+        if (u64::from(decoded.width()), decoded.height()) != (packed, height) {
+            // Tags that are there twice, or of strange types.
+            return Err(ImageError::Decoding(DecodingError::new(
+                ImageFormatHint::Exact(ImageFormat::Tiff),
+                "its size is not clear",
+            )));
+        }
         if self.bits == 16 {
             return Ok(decoded.into_luma16().into_raw());
         }
         let decoded = decoded.into_luma8();
         let (across, mask) = (8 / self.bits, ((1u32 << self.bits) - 1) as u8);
-        let mut numbers = Vec::with_capacity(self.size.0 as usize * self.size.1 as usize);
+        let mut numbers = Vec::with_capacity(width as usize * height as usize);
         for row in decoded.as_raw().chunks_exact(decoded.width().max(1) as usize) {
             // The first pixel is in the highest bits.
             let number = |x: u32| row[(x / across) as usize] >> (8 - self.bits * (x % across + 1)) & mask;
-            numbers.extend((0..self.size.0).map(|x| u16::from(number(x))));
+            numbers.extend((0..width).map(|x| u16::from(number(x))));
         }
         Ok(numbers)
     }
@@ -279,7 +289,7 @@ pub(crate) mod tests {
     fn palettes_are_read_in_every_layout() {
         for (little, big) in [(true, false), (false, false), (true, true), (false, true)] {
             for (bits, data, numbers) in [
-                (8, &[7, 15, 10, 0, 255, 1][..], [7, 15, 10, 0, 255, 1]),
+                (8u32, &[7, 15, 10, 0, 255, 1][..], [7, 15, 10, 0, 255, 1]),
                 (4, &[0x7f, 0xa0, 0x0e, 0x10], [7, 15, 10, 0, 14, 1]),
                 (2, &[0b1101_0000, 0b0010_1100], [3, 1, 0, 0, 2, 3]),
                 (1, &[0b1010_0000, 0b0110_0000], [1, 0, 1, 0, 1, 1]),

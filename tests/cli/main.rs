@@ -10,6 +10,7 @@ mod data_tables;
 mod drive;
 mod eval;
 mod evolve;
+mod executable_memory;
 mod explain;
 mod export;
 mod export_faults;

@@ -6,7 +6,6 @@ use std::io::Cursor;
 use std::path::Path;
 use std::str::FromStr;
 
-use image::codecs::bmp::BmpDecoder;
 use image::{DynamicImage, ImageFormat, RgbImage};
 use png::{BitDepth, ColorType, Transformations};
 
@@ -96,7 +95,7 @@ impl Mask {
             ImageError::Io { path, source } => ImportError::Read { path, source },
             other => other.into(),
         };
-        let file = contents(path).map_err(unreadable)?;
+        let mut file = contents(path).map_err(unreadable)?;
         let format = checked_format(&file, path)?;
         if is_lossy(format, &file) {
             let text = "is compressed with loss, which does not keep values exactly; export the masks as PNG";
@@ -104,11 +103,7 @@ impl Mask {
         }
         match format {
             ImageFormat::Png if !colours => return ids_of_png(path, &file),
-            ImageFormat::Bmp if !colours => {
-                if let Some(mask) = ids_of_bmp(path, &file)? {
-                    return Ok(mask);
-                }
-            }
+            ImageFormat::Bmp if !colours => file = with_numbered_palette(&file).unwrap_or(file),
             ImageFormat::Tiff if !colours => {
                 if let Some(palette) = Tags::read(&file).and_then(|tags| tags.palette()) {
                     let ((width, height), ids) = (palette.size(), palette.numbers(&file));
@@ -192,17 +187,23 @@ fn has_lossy_chunk(mut chunks: &[u8]) -> bool {
     false
 }
 
-/// The numbers of a BMP file with a palette; none if it has no palette.
-fn ids_of_bmp(path: &Path, file: &[u8]) -> Result<Option<Mask>, ImportError> {
-    let mut decoder = BmpDecoder::new(Cursor::new(file)).map_err(|error| damaged(path, &error))?;
-    if decoder.get_palette().is_none() {
-        return Ok(None);
+/// A BMP file with a palette of grays that are the numbers of its colours; none if it has no palette.
+fn with_numbered_palette(file: &[u8]) -> Option<Vec<u8>> {
+    let word = |at: usize| Some(u32::from_le_bytes(*file.get(at..)?.first_chunk::<4>()?));
+    let header = word(14)?;
+    // The oldest header has sides of two bytes, and a palette of three for each colour.
+    let (bits, used, entry) =
+        if header == 12 { (word(22)? >> 16, 0, 3) } else { (word(26)? >> 16, word(46)?, 4) };
+    if !(1..=8).contains(&bits) {
+        return None;
     }
-    decoder.set_indexed_color(true);
-    let numbers = DynamicImage::from_decoder(decoder).map_err(|error| damaged(path, &error))?;
-    let (width, height) = (numbers.width(), numbers.height());
-    let ids = numbers.into_luma8().into_raw().into_iter().map(u16::from).collect();
-    Ok(Some(Mask::Ids { width, height, ids }))
+    let colours = if used == 0 { 1 << bits } else { used.min(1 << bits) };
+    let mut file = file.to_vec();
+    let palette = file.get_mut(14usize.checked_add(header as usize)?..)?;
+    for (number, colour) in palette.chunks_exact_mut(entry).take(colours as usize).enumerate() {
+        colour.fill(number as u8);
+    }
+    Some(file)
 }
 
 /// The numbers of a PNG file as they are stored, before any palette and of any depth.
@@ -351,6 +352,21 @@ mod tests {
             let Ok(Mask::Colours(colours)) = Mask::load(&path, true) else { panic!("no colours") };
             assert_eq!(colours.get_pixel(0, 0).0, [255 - numbers[0] as u8; 3]);
         }
+        // Runs: four times 9; 5, 6, 7 and 8 one after the other.
+        let mut runs = bmp(8, [[0; 4]; 2]);
+        runs.truncate(54 + 4 * 256);
+        runs[30] = 1;
+        runs.extend([0, 4, 5, 6, 7, 8, 0, 0, 4, 9, 0, 1]);
+        std::fs::write(&path, runs).expect("writable");
+        assert_eq!(ids(&path), [9, 9, 9, 9, 5, 6, 7, 8]);
+        // The oldest kind of header, wider than its rows are long.
+        let mut old = b"BM".to_vec();
+        [0u32, 0, 26 + 48, 12].iter().for_each(|word| old.extend(word.to_le_bytes()));
+        [9u16, 1, 1, 4].iter().for_each(|half| old.extend(half.to_le_bytes()));
+        old.extend([77; 48]);
+        old.extend([0x12, 0x34, 0x56, 0x78, 0x90, 0, 0, 0]);
+        std::fs::write(&path, old).expect("writable");
+        assert_eq!(ids(&path), [1, 2, 3, 4, 5, 6, 7, 8, 9]);
         let levels = image::GrayImage::from_fn(4, 2, |x, y| Luma([(x + 40 * y) as u8]));
         let expected = [0, 1, 2, 3, 40, 41, 42, 43];
         for name in ["gray.bmp", "gray.tiff", "gray.webp", "gray.tga", "gray.png"] {

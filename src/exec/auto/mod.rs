@@ -30,6 +30,9 @@ const EXPLORE_CLOSE: u64 = 24;
 const EXPLORE_FAR: u64 = 256;
 /// A ratio of expected times.
 const CLOSE: f64 = 1.5;
+/// Where the slower one is expected to lose more microseconds than this, nothing is learned from it: to compile a long
+/// program takes longer than all that could be saved.
+const TOO_DEAR: f64 = 20_000.0;
 
 /// Where the models start from: microseconds on a common machine, for the units of [`features`].
 const BATCH_START: Features = [2.0, 1.0, 4.0, 0.8, 3.5, 20.0, 0.4, 1.7, 10.0];
@@ -129,7 +132,9 @@ impl State {
             true => EXPLORE_CLOSE,
             false => EXPLORE_FAR,
         };
-        let choice = if self.programs <= TRIAL {
+        let choice = if (batch - jit).abs() > TOO_DEAR {
+            better
+        } else if self.programs <= TRIAL {
             if self.programs.is_multiple_of(2) { Choice::Batch } else { Choice::Jit }
         } else if self.programs.is_multiple_of(explore) {
             other
@@ -167,7 +172,13 @@ impl AutoWorker {
         let choice = self.chooser.lock().choose(&features);
         let timing = match choice {
             Choice::Batch => self.batch.run(program, cases, answers)?,
-            Choice::Jit => jit.run(program, cases, answers)?,
+            Choice::Jit => match jit.run(program, cases, answers) {
+                // What cannot be compiled can be interpreted.
+                Err(ExecError::Memory(_) | ExecError::Compile(_) | ExecError::TooLong { .. }) => {
+                    return self.batch.run(program, cases, answers);
+                }
+                result => result?,
+            },
         };
         self.chooser.lock().learn(choice, &features, timing.compile + timing.execute);
         Ok(timing)
@@ -183,5 +194,32 @@ impl Worker for AutoWorker {
     ) -> Result<Timing, ExecError> {
         let timing = self.run(candidate.program(), cases, answers)?;
         Ok(Timing { lower: candidate.lowering(), ..timing })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The features of a program of so many instructions that breaks, on 400 cases.
+    fn of_length(len: usize) -> Features {
+        let lanes = 0.4;
+        [1.0, len as f64 / 10.0, 0.0, 0.0, 0.0, 0.0, lanes, lanes * len as f64 / 20.0, 0.0]
+    }
+
+    #[test]
+    fn short_programs_are_tried_on_both() {
+        let chooser = Chooser::new();
+        (0..TRIAL).for_each(|_| _ = chooser.lock().choose(&of_length(40)));
+        assert_eq!(chooser.lock().choices, Choices { batch: TRIAL / 2, jit: TRIAL / 2 });
+    }
+
+    #[test]
+    fn a_long_program_is_not_compiled_to_learn_how_long_that_takes() {
+        let chooser = Chooser::new();
+        let long = of_length(100_000);
+        let programs = TRIAL + 2 * EXPLORE_FAR;
+        (0..programs).for_each(|_| _ = chooser.lock().choose(&long));
+        assert_eq!(chooser.lock().choices, Choices { batch: programs, jit: 0 });
     }
 }

@@ -3,7 +3,7 @@
 use vsonar_ir::{Direction, Leaf, Loop, Program, Span};
 
 use super::plan::{LoopPlan, Planner, slots_needed};
-use super::rows::{Positions, Rows};
+use super::rows::{Positions, Rows, Visit};
 use super::slots::{self, Slots};
 use super::steps::Straight;
 use super::vectors::InstructionSet;
@@ -15,6 +15,10 @@ use crate::vision::{Arena, CaseSet, LANES, arena_len};
 const GATHERED: usize = 32;
 
 /// The interpreter of one thread: its registers, plans and tables, used again from program to program.
+///
+/// The plans are made for its own slots and tables by [`Interpreter::prepare`], before anything is run; they stay where
+/// they are until it is called again, and a plan is complete before any of it is run. That is the ground of the
+/// `unsafe` blocks here.
 #[derive(Debug)]
 pub(super) struct Interpreter {
     instructions: InstructionSet,
@@ -74,7 +78,8 @@ impl Interpreter {
             let either = std::array::from_fn(|k| written(first, k) || written(program.second(), k));
             self.plans.iter_mut().for_each(|plan| plan.written = either);
         }
-        self.instructions.run(Straight(&self.planner.prologue));
+        // SAFETY: the steps have just been planned, for these slots.
+        self.instructions.run(unsafe { Straight::new(&self.planner.prologue) });
         for (i, l) in loops.into_iter().enumerate() {
             if let Some(l) = l {
                 self.tabulate(i, l, height);
@@ -93,7 +98,8 @@ impl Interpreter {
         let padded = (l.rect().positions(height) as usize).next_multiple_of(LANES);
         table.resize(plan.tables.len() * padded, 0);
         // Constants may stand among the invariant instructions.
-        self.instructions.run(Straight(&plan.invariant));
+        // SAFETY: the steps have just been planned, for these slots.
+        self.instructions.run(unsafe { Straight::new(&plan.invariant) });
         let top = l.rect().rows(height).0;
         let visited = positions.range();
         for start in (0..padded).step_by(LANES).filter(|&s| s < visited.end && s + LANES > visited.start) {
@@ -104,7 +110,8 @@ impl Interpreter {
                 let flag = |p: usize| if start + p == positions.first { at_start } else { -1.0 };
                 self.slots.fill(first_window, &std::array::from_fn(flag));
             }
-            self.instructions.run(Straight(&plan.uniform));
+            // SAFETY: as above.
+            self.instructions.run(unsafe { Straight::new(&plan.uniform) });
             for (t, slot) in plan.tables.iter().enumerate() {
                 let values = self.slots.values(*slot).map(f32::to_bits);
                 table[t * padded + start..][..LANES].copy_from_slice(&values);
@@ -126,7 +133,8 @@ impl Interpreter {
                 Some(Leaf::XObstacle) => *cases.x_obstacle(group),
                 Some(Leaf::Const(value)) => [value; LANES],
                 _ => {
-                    self.instructions.run(Straight(&plan.column));
+                    // SAFETY: the steps are planned for these slots.
+                    self.instructions.run(unsafe { Straight::new(&plan.column) });
                     let slot = plan.column_value.expect("other columns are computed");
                     self.slots.values(slot)
                 }
@@ -137,13 +145,17 @@ impl Interpreter {
         for k in (0..5).filter(|&k| plan.written[k]) {
             self.slots.splat(slots::carried(k), 0);
         }
-        self.instructions.run(Straight(&plan.invariant));
+        // SAFETY: the steps are planned for these slots.
+        self.instructions.run(unsafe { Straight::new(&plan.invariant) });
         let (rect, height) = (l.rect(), cases.height());
         let half = cases.group_len(group) <= LANES / 2;
         let positions = positions(l, height);
         if let Some(strips) = Strips::find(cases, group, rect, own, &columns, &plan.operands) {
             let table = strips.table(rect, height, &plan.operands);
-            run_rows(self.instructions, plan, &mut self.slots, &table, positions, positions, half);
+            // SAFETY: `prepare` has planned the loop for these slots and filled its tables.
+            unsafe {
+                run_rows(self.instructions, plan, &mut self.slots, &table, positions, positions, half);
+            }
             return;
         }
         self.scratch.grow(arena_len(rect, height));
@@ -151,7 +163,8 @@ impl Interpreter {
             cases.gather(group, rect, &columns, &plan.operands, part.range(), &mut self.scratch);
             let strips = Strips::Own(&self.scratch);
             let table = strips.table(rect, height, &plan.operands);
-            if run_rows(self.instructions, plan, &mut self.slots, &table, positions, part, half) {
+            // SAFETY: as above.
+            if unsafe { run_rows(self.instructions, plan, &mut self.slots, &table, positions, part, half) } {
                 break;
             }
         }
@@ -160,7 +173,10 @@ impl Interpreter {
 
 /// Runs one part of a loop's positions, for a group of which perhaps only the first half is there. Whether every lane
 /// has left the loop.
-fn run_rows(
+///
+/// # Safety
+/// The plan was made for these slots, which have not moved since, and its tables are filled for all positions.
+unsafe fn run_rows(
     instructions: InstructionSet,
     plan: &mut LoopPlan,
     slots: &mut Slots,
@@ -169,21 +185,7 @@ fn run_rows(
     part: Positions,
     half: bool,
 ) -> bool {
-    if half {
-        instructions.run(rows::<true>(plan, slots, strips, all, part))
-    } else {
-        instructions.run(rows::<false>(plan, slots, strips, all, part))
-    }
-}
-
-fn rows<'a, const HALF: bool>(
-    plan: &'a mut LoopPlan,
-    slots: &mut Slots,
-    strips: &'a StripTable<'a>,
-    all: Positions,
-    part: Positions,
-) -> Rows<'a, HALF> {
-    Rows {
+    let rows = Rows {
         steps: &mut plan.varying,
         windows: &plan.windows,
         spreads: &plan.spreads,
@@ -194,6 +196,14 @@ fn rows<'a, const HALF: bool>(
         end: part.range().contains(&all.last()),
         strips,
         positions: part,
+    };
+    // SAFETY: the caller's promise is this one.
+    unsafe {
+        if half {
+            instructions.run(Visit::<true>::new(rows))
+        } else {
+            instructions.run(Visit::<false>::new(rows))
+        }
     }
 }
 
@@ -233,7 +243,8 @@ mod tests {
             }
             if place == Place::Column {
                 let plan = &interpreter.plans[1];
-                interpreter.instructions.run(Straight(&plan.column));
+                // SAFETY: the steps have just been planned, for these slots.
+                interpreter.instructions.run(unsafe { Straight::new(&plan.column) });
                 return interpreter.slots.values(plan.column_value.expect("the column is an expression"));
             }
             interpreter.run_loop(1, program.second(), cases, 0);

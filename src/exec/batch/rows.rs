@@ -68,9 +68,8 @@ impl Positions {
     }
 }
 
-/// Runs rows until all positions are visited or every lane has left. With `HALF`, only the first half of the lanes is
-/// there.
-pub(super) struct Rows<'a, const HALF: bool> {
+/// Rows of a loop and all that they read and write.
+pub(super) struct Rows<'a> {
     pub(super) steps: &'a mut [Step],
     pub(super) windows: &'a [WindowUse],
     pub(super) spreads: &'a [Spread],
@@ -88,48 +87,66 @@ pub(super) struct Rows<'a, const HALF: bool> {
     pub(super) positions: Positions,
 }
 
-impl<const HALF: bool> WithSimd for Rows<'_, HALF> {
+/// Runs rows until all positions are visited or every lane has left. With `HALF`, only the first half of the lanes is
+/// there.
+pub(super) struct Visit<'a, const HALF: bool>(Rows<'a>);
+
+impl<'a, const HALF: bool> Visit<'a, HALF> {
+    /// These rows, to be run.
+    ///
+    /// # Safety
+    /// As long as this lives, the promise of [`super::steps`] holds for the steps, for the addresses of `finals`,
+    /// `break_if` and `alive`, and for those of `spreads` that are written, with the instruction set that runs it;
+    /// and the table of each spread has an entry for every position.
+    pub(super) const unsafe fn new(rows: Rows<'a>) -> Visit<'a, HALF> {
+        Visit(rows)
+    }
+}
+
+impl<const HALF: bool> WithSimd for Visit<'_, HALF> {
     /// Whether every lane has left the loop.
     type Output = bool;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let rows = self.0;
         let all = Lanes(simd).mask(true);
-        if self.begin {
+        if rows.begin {
             each::<S, HALF>(|k| {
-                // SAFETY: the promise of `super::steps` holds for `alive` as for a step.
-                unsafe { store(self.alive, k, all) }
+                // SAFETY: by the contract of `Visit::new`.
+                unsafe { store(rows.alive, k, all) }
             });
         }
-        for n in 0..self.positions.count {
-            let position = self.positions.at(n);
-            for window in self.windows {
-                let row = &self.strips[usize::from(window.operand)][position * LANES..][..LANES];
-                self.steps[window.step as usize].args[window.arg as usize] = row.as_ptr();
+        for n in 0..rows.positions.count {
+            let position = rows.positions.at(n);
+            for window in rows.windows {
+                let row = &rows.strips[usize::from(window.operand)][position * LANES..][..LANES];
+                rows.steps[window.step as usize].args[window.arg as usize] = row.as_ptr();
             }
-            for spread in self.spreads {
-                // SAFETY: a table has an entry for every position, and `to` is a slot.
+            for spread in rows.spreads {
+                // SAFETY: by the contract.
                 let bits = unsafe { spread.table.add(position).read() };
                 let value = simd.splat_u32s(bits);
                 each::<S, HALF>(|k| {
-                    // SAFETY: as above.
+                    // SAFETY: by the contract.
                     unsafe { store(spread.to, k, value) }
                 });
             }
-            for step in self.steps.iter() {
-                run::<S, HALF>(simd, step);
+            for step in rows.steps.iter() {
+                // SAFETY: by the contract; the windows' rows are those of strips that are borrowed meanwhile.
+                unsafe { run::<S, HALF>(simd, step) };
             }
-            if let Some(break_if) = self.break_if
-                && leave::<S, HALF>(simd, break_if, self.alive, self.finals)
-            {
+            // SAFETY: by the contract.
+            let left = |break_if| unsafe { leave::<S, HALF>(simd, break_if, rows.alive, rows.finals) };
+            if rows.break_if.is_some_and(left) {
                 return true;
             }
         }
-        if self.end {
-            for last in self.finals {
+        if rows.end {
+            for last in rows.finals {
                 each::<S, HALF>(|k| {
-                    // SAFETY: the promise of `super::steps` holds for `finals` and `alive` as for a step.
-                    unsafe { save(simd, load_mask::<S>(self.alive, k), last, k) }
+                    // SAFETY: by the contract.
+                    unsafe { save(simd, load_mask::<S>(rows.alive, k), last, k) }
                 });
             }
         }
@@ -138,8 +155,11 @@ impl<const HALF: bool> WithSimd for Rows<'_, HALF> {
 }
 
 /// Takes the lanes in which the break mask holds out of those alive and saves their registers. Whether none is left.
+///
+/// # Safety
+/// The promise of [`super::steps`] holds for all of these addresses; both masks are masks.
 #[inline(always)]
-fn leave<S: Simd, const HALF: bool>(
+unsafe fn leave<S: Simd, const HALF: bool>(
     simd: S,
     break_if: *const f32,
     alive: *mut f32,
@@ -147,7 +167,7 @@ fn leave<S: Simd, const HALF: bool>(
 ) -> bool {
     let mut some = Lanes(simd).mask(false);
     each::<S, HALF>(|k| {
-        // SAFETY: the promise of `super::steps` holds for these addresses as for a step's.
+        // SAFETY: by the contract.
         let leaving =
             unsafe { simd.and_m32s(load_mask::<S>(break_if, k), load_mask::<S>(alive.cast_const(), k)) };
         some = simd.or_m32s(some, leaving);
@@ -157,7 +177,7 @@ fn leave<S: Simd, const HALF: bool>(
     }
     let mut left = Lanes(simd).mask(false);
     each::<S, HALF>(|k| {
-        // SAFETY: as above.
+        // SAFETY: by the contract.
         unsafe {
             let before = load_mask::<S>(alive.cast_const(), k);
             let leaving = simd.and_m32s(load_mask::<S>(break_if, k), before);

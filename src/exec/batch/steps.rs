@@ -1,9 +1,9 @@
 //! Steps: decoded instructions with the addresses of what they read and write, and the loop that runs them.
 //!
 //! All unsafe code of the interpreter's inner loops is here and in [`super::rows`]. Its ground is one promise,
-//! which [`super::plan`] keeps: every address in a step is that of [`LANES`] values in a slot, or in a row of
-//! strips that is held while the step runs; masks are read only from slots last written as masks, by the same
-//! instruction set.
+//! which [`super::plan`] keeps and whoever runs steps answers for: every address in a step is that of [`LANES`]
+//! values in a slot, or in a row of strips that is held while the step runs; masks are read only from slots last
+//! written as masks, by the same instruction set.
 
 use pulp::{Simd, WithSimd};
 use vsonar_ir::op::{Formula, FormulaVisitor, Value};
@@ -22,7 +22,17 @@ pub(super) struct Step {
 }
 
 /// Runs steps once, for every lane.
-pub(super) struct Straight<'a>(pub(super) &'a [Step]);
+pub(super) struct Straight<'a>(&'a [Step]);
+
+impl<'a> Straight<'a> {
+    /// These steps, to be run.
+    ///
+    /// # Safety
+    /// The promise of the module holds for the steps as long as this lives, with the instruction set that runs it.
+    pub(super) const unsafe fn new(steps: &'a [Step]) -> Straight<'a> {
+        Straight(steps)
+    }
+}
 
 impl WithSimd for Straight<'_> {
     type Output = ();
@@ -30,7 +40,8 @@ impl WithSimd for Straight<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for step in self.0 {
-            run::<S, false>(simd, step);
+            // SAFETY: by the contract of `Straight::new`.
+            unsafe { run::<S, false>(simd, step) };
         }
     }
 }
@@ -42,11 +53,14 @@ pub(super) fn vectors<S: Simd, const HALF: bool>() -> usize {
 }
 
 /// Runs one step for every lane, or for the first half of them.
+///
+/// # Safety
+/// The promise of the module holds for the step.
 #[inline(always)]
-pub(super) fn run<S: Simd, const HALF: bool>(simd: S, step: &Step) {
+pub(super) unsafe fn run<S: Simd, const HALF: bool>(simd: S, step: &Step) {
     if step.op.visit(EveryLane::<S, HALF> { simd, step }).is_none() {
         for k in 0..vectors::<S, HALF>() {
-            // SAFETY: the promise of the module.
+            // SAFETY: by the contract.
             unsafe { store(step.to, k, load::<S>(step.args[0], k)) }
         }
     }
@@ -82,7 +96,7 @@ pub(super) unsafe fn load_mask<S: Simd>(from: *const f32, k: usize) -> S::m32s {
     unsafe { from.cast::<S::m32s>().add(k).read_unaligned() }
 }
 
-/// A step to be run with the formula of its operation.
+/// A step to be run with the formula of its operation. [`run`] alone makes it, under its contract.
 struct EveryLane<'a, S, const HALF: bool> {
     simd: S,
     step: &'a Step,
@@ -100,7 +114,7 @@ impl<S: Simd, const HALF: bool> FormulaVisitor for EveryLane<'_, S, HALF> {
             let zero = Value::F32(self.simd.splat_f32s(0.0));
             let mut args: [Value<Lanes<S>>; 3] = [zero; 3];
             for (i, ty) in types.iter().enumerate() {
-                // SAFETY: the promise of the module.
+                // SAFETY: the contract of `run`.
                 args[i] = unsafe {
                     match ty {
                         Ty::F32 => Value::F32(load::<S>(from[i], k)),
@@ -109,7 +123,7 @@ impl<S: Simd, const HALF: bool> FormulaVisitor for EveryLane<'_, S, HALF> {
                     }
                 };
             }
-            // SAFETY: the promise of the module.
+            // SAFETY: the contract of `run`.
             unsafe {
                 match F::apply(&mut machine, &args[..types.len()], imm) {
                     Value::F32(value) => store(to, k, value),

@@ -12,16 +12,17 @@ use std::sync::Arc;
 use cranelift_codegen::Context;
 use cranelift_codegen::isa::OwnedTargetIsa;
 use cranelift_frontend::FunctionBuilderContext;
-use cranelift_jit::{ArenaMemoryProvider, JITBuilder, JITModule};
-use cranelift_module::{FuncId, Module, ModuleError};
+use cranelift_jit::ArenaMemoryProvider;
+use cranelift_module::{FuncId, ModuleError};
 use vsonar_ir::Program;
 
 use super::code::{Code, Entries};
 use super::emit::Shape;
 use super::entries::{self, EntryKind};
 use super::helpers::Helpers;
+use super::owned::{self, OwnedModule};
 use super::target::{self, Effort};
-use crate::exec::ExecError;
+use crate::exec::{ExecError, MAX_COMPILED, MAX_STACK};
 
 /// After so many programs a module and its memory are given back.
 const PROGRAMS_PER_MODULE: usize = 256;
@@ -36,7 +37,7 @@ pub(crate) struct Compiler {
     helpers: Arc<Helpers>,
     context: Context,
     builder_context: FunctionBuilderContext,
-    module: Option<JITModule>,
+    module: Option<OwnedModule>,
     /// Programs compiled into the module.
     programs: usize,
 }
@@ -61,39 +62,33 @@ impl Compiler {
     /// Compiles a program. The code lives until the compiler is used again.
     ///
     /// # Errors
-    /// If Cranelift refuses the program or the system refuses the memory.
+    /// If Cranelift refuses the program, the system refuses the memory, or the program is too long.
     pub(crate) fn compile(&mut self, program: &Program) -> Result<Code<'_>, ExecError> {
+        check_length(program)?;
         if self.programs >= PROGRAMS_PER_MODULE {
-            self.free();
+            self.module = None;
         }
         let fresh = self.module.is_none();
         let entries = match self.define(program) {
             // The rest of the module's memory may be too short where all of it is not.
-            Err(ExecError::Memory(_)) if !fresh => {
-                self.free();
-                self.define(program)
-            }
+            Err(ExecError::Memory(_)) if !fresh => self.define(program),
             result => result,
-        };
-        match entries {
-            Ok(entries) => {
-                self.programs += 1;
-                // SAFETY: the entries come from the module, which is freed by methods that need `&mut self`
-                // alone; the result borrows it.
-                Ok(unsafe { Code::new(entries, PhantomData) })
-            }
-            Err(error) => {
-                // Half a program may be left in it.
-                self.free();
-                Err(error)
-            }
-        }
+        }?;
+        self.programs += 1;
+        // SAFETY: the entries come from the module, which is freed by methods that need `&mut self` alone; the
+        // result borrows it.
+        Ok(unsafe { Code::new(entries, PhantomData) })
     }
 
+    /// Adds the program to the module. After an error, or a panic, which may leave half a program, there is no module
+    /// any more.
     fn define(&mut self, program: &Program) -> Result<Entries, ExecError> {
-        let module = match &mut self.module {
+        let mut module = match self.module.take() {
             Some(module) => module,
-            None => self.module.insert(new_module(&self.isa)?),
+            None => {
+                self.programs = 0;
+                new_module(&self.isa)?
+            }
         };
         let mut defined: Vec<(EntryKind, FuncId)> = Vec::with_capacity(4);
         for kind in entries::entries(program) {
@@ -109,64 +104,56 @@ impl Compiler {
                 &mut self.builder_context,
                 function,
             );
-            defined.push((kind, define(module, &mut self.context)?));
+            let name = || format!("{}_{}", owned::prefix(program), kind.symbol());
+            defined.push((kind, module.define(&mut self.context, name).map_err(error)?));
+            check_stack(&self.context)?;
         }
-        finish(module, program, self.shape, &defined)
+        let entries = finish(&mut module, program, self.shape, &defined)?;
+        self.module = Some(module);
+        Ok(entries)
     }
+}
 
-    /// Gives the module's memory back.
-    fn free(&mut self) {
-        self.programs = 0;
-        if let Some(module) = self.module.take() {
-            // SAFETY: code handed out borrows the compiler, so none is in use.
-            unsafe { module.free_memory() };
+/// Refuses programs that are too long to be compiled.
+pub(super) fn check_length(program: &Program) -> Result<(), ExecError> {
+    match program.len() {
+        0..=MAX_COMPILED => Ok(()),
+        instructions => Err(ExecError::TooLong { instructions }),
+    }
+}
+
+/// Refuses code that takes more stack than a thread may have.
+fn check_stack(context: &Context) -> Result<(), ExecError> {
+    let layout = context.compiled_code().and_then(|code| code.buffer.frame_layout());
+    match layout.map_or(0, |layout| layout.frame_to_fp_offset as usize) {
+        0..=MAX_STACK => Ok(()),
+        bytes => {
+            Err(ExecError::Compile(format!("it takes {bytes} bytes of stack; {MAX_STACK} is the limit")))
         }
     }
 }
 
-impl Drop for Compiler {
-    fn drop(&mut self) {
-        self.free();
-    }
-}
-
-fn new_module(isa: &OwnedTargetIsa) -> Result<JITModule, ExecError> {
+fn new_module(isa: &OwnedTargetIsa) -> Result<OwnedModule, ExecError> {
     let memory = ArenaMemoryProvider::new_with_size(MODULE_BYTES)
         .map_err(|e| ExecError::Memory(std::io::Error::other(e.to_string())))?;
-    let mut builder = JITBuilder::with_isa(isa.clone(), cranelift_module::default_libcall_names());
-    builder.memory_provider(Box::new(memory));
-    Ok(JITModule::new(builder))
-}
-
-/// Adds the context's function to a module.
-pub(crate) fn define(module: &mut JITModule, context: &mut Context) -> Result<FuncId, ExecError> {
-    let id = module.declare_anonymous_function(&context.func.signature).map_err(error)?;
-    module.define_function(id, context).map_err(error)?;
-    Ok(id)
-}
-
-/// Makes the functions added since the last time executable.
-pub(crate) fn finalize(module: &mut JITModule) -> Result<(), ExecError> {
-    module.finalize_definitions().map_err(|e| match error(e) {
-        ExecError::Compile(message) => ExecError::Memory(std::io::Error::other(message)),
-        other => other,
-    })
+    Ok(OwnedModule::new(isa.clone(), Some(Box::new(memory))))
 }
 
 /// Makes the program's functions, added since the last time, executable.
 pub(crate) fn finish(
-    module: &mut JITModule,
+    module: &mut OwnedModule,
     program: &Program,
     shape: Shape,
     defined: &[(EntryKind, FuncId)],
 ) -> Result<Entries, ExecError> {
-    finalize(module)?;
+    module.finalize().map_err(ExecError::Memory)?;
+    let module = module.module();
     let addresses = defined.iter().map(|&(kind, id)| (kind, module.get_finalized_function(id)));
     Ok(Entries::new(program, shape, addresses))
 }
 
 /// What went wrong in a module.
-fn error(error: ModuleError) -> ExecError {
+pub(crate) fn error(error: ModuleError) -> ExecError {
     match error {
         ModuleError::Allocation { err } => ExecError::Memory(err),
         other => ExecError::Compile(other.to_string()),

@@ -9,6 +9,7 @@ use cranelift_codegen::ir::types::{F32, F32X4, I8, I32, I32X4};
 use cranelift_codegen::ir::{self, Endianness, InstBuilder, MemFlagsData, Opcode, SigRef, Type};
 use cranelift_codegen::isa::TargetIsa;
 use cranelift_frontend::FunctionBuilder;
+use rustc_hash::FxHashMap;
 use vsonar_ir::machine::Machine;
 use vsonar_ir::op::Value;
 use vsonar_ir::{Op, Ty};
@@ -36,6 +37,14 @@ impl Shape {
         }
     }
 
+    /// The name in symbols.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Shape::Scalar => "scalar",
+            Shape::Lanes4 => "lanes4",
+        }
+    }
+
     /// The Cranelift type that holds a register of this type.
     pub(crate) const fn ty(self, ty: Ty) -> Type {
         match (self, ty) {
@@ -52,7 +61,7 @@ impl Shape {
 const REINTERPRET: MemFlagsData = MemFlagsData::new().with_endianness(Endianness::Little);
 
 /// Constants of the current block, by type and bit pattern, so that each is made once.
-type Constants = Vec<((Type, u32), ir::Value)>;
+type Constants = FxHashMap<(Type, u32), ir::Value>;
 
 /// Builds the body of one function.
 pub(crate) struct Emitter<'a, 'f> {
@@ -74,7 +83,14 @@ impl<'a, 'f> Emitter<'a, 'f> {
         shape: Shape,
         helpers: Option<&'a Helpers>,
     ) -> Emitter<'a, 'f> {
-        Emitter { b, shape, blend: has_blend(isa), constants: Vec::new(), helpers, signatures: Vec::new() }
+        Emitter {
+            b,
+            shape,
+            blend: has_blend(isa),
+            constants: Constants::default(),
+            helpers,
+            signatures: Vec::new(),
+        }
     }
 
     /// The shape of the values being computed.
@@ -91,6 +107,11 @@ impl<'a, 'f> Emitter<'a, 'f> {
     /// registers or stack slots from block to block.
     pub(crate) fn switch_to_block(&mut self, block: ir::Block) {
         self.b.switch_to_block(block);
+        self.forget_constants();
+    }
+
+    /// Makes constants anew from here on.
+    pub(crate) fn forget_constants(&mut self) {
         self.constants.clear();
     }
 
@@ -115,7 +136,7 @@ impl<'a, 'f> Emitter<'a, 'f> {
     pub(crate) fn constant(&mut self, ty: Ty, bits: u32) -> ir::Value {
         let bits = if ty == Ty::Mask && self.shape == Shape::Lanes4 { bits.wrapping_neg() } else { bits };
         let ctype = self.shape.ty(ty);
-        if let Some(&(_, value)) = self.constants.iter().find(|(key, _)| *key == (ctype, bits)) {
+        if let Some(&value) = self.constants.get(&(ctype, bits)) {
             return value;
         }
         let value = match ctype {
@@ -127,7 +148,7 @@ impl<'a, 'f> Emitter<'a, 'f> {
                 self.b.ins().vconst(ctype, handle)
             }
         };
-        self.constants.push(((ctype, bits), value));
+        self.constants.insert((ctype, bits), value);
         value
     }
 

@@ -61,8 +61,9 @@ pub(crate) trait Inputs {
 
 /// Emits a column expression in the current block; its value, in the emitter's shape.
 pub(crate) fn emit_column(e: &mut Emitter<'_, '_>, column: &Column, inputs: &mut dyn Inputs) -> ir::Value {
-    let mut frame = Frame::new(column.block().insts());
+    let mut frame = Frame::new(e, column.block().insts(), std::iter::once(column.result()));
     for (reg, inst) in column.block().iter() {
+        frame.before(e, reg);
         match inst.leaf() {
             None => frame.operation(e, reg),
             Some(_) if constant(inst).is_some() => {}
@@ -85,8 +86,9 @@ pub(crate) fn emit_loop(
     source: &mut dyn WindowSource,
     inputs: &mut dyn Inputs,
 ) -> [Option<ir::Value>; 5] {
-    let mut loop_ =
-        LoopEmitter { l, frame: Frame::new(l.body().insts()), source, inputs, y: None, first_window: None };
+    let results = l.next().iter().copied().chain([l.break_if()]).flatten();
+    let frame = Frame::new(e, l.body().insts(), results);
+    let mut loop_ = LoopEmitter { l, frame, source, inputs, y: None, first_window: None };
     loop_.invariant(e);
     let mut rows = l.rows(height);
     let first_row = rows.next().expect("a rectangle fits into the image at least once") as f32;
@@ -121,6 +123,7 @@ impl LoopEmitter<'_, '_> {
         let dependences = self.l.body().dependences();
         for index in self.l.region(Region::Invariant) {
             let (reg, inst) = (Reg(index as u32), self.frame.insts[index]);
+            self.frame.before(e, reg);
             match inst.leaf() {
                 None => {
                     // What depends on no lane is computed once, so that the uniform region can use it too.
@@ -132,6 +135,7 @@ impl LoopEmitter<'_, '_> {
                 Some(leaf) => self.leaf(e, reg, leaf),
             }
         }
+        self.frame.end_invariant(e, Reg(self.l.region(Region::Invariant).end as u32));
     }
 
     /// The uniform and varying regions of one row.
@@ -143,6 +147,7 @@ impl LoopEmitter<'_, '_> {
             }
             for index in self.l.region(region) {
                 let (reg, inst) = (Reg(index as u32), self.frame.insts[index]);
+                self.frame.before(e, reg);
                 match inst.leaf() {
                     None => self.frame.operation(e, reg),
                     Some(leaf) => self.leaf(e, reg, leaf),

@@ -33,6 +33,16 @@ impl EntryKind {
             EntryKind::Loop { first: false } => "loop2",
         }
     }
+
+    /// The end of the name in a profile.
+    pub(crate) const fn symbol(self) -> &'static str {
+        match self {
+            EntryKind::Column { first: true } => "tree1_column",
+            EntryKind::Loop { first: true } => "tree1_loop",
+            EntryKind::Column { first: false } => "tree2_column",
+            EntryKind::Loop { first: false } => "tree2_loop",
+        }
+    }
 }
 
 /// The entries of a program that need code, in the order they run. A column that is the case's own or a

@@ -7,18 +7,18 @@
 //! longer than the expansion, because all registers in use are stored around it; but evolved programs leave their
 //! rows early, and whole runs were 5 to 35 % shorter with calls (corridor and street images, both presets).
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
+use cranelift_codegen::Context;
 use cranelift_codegen::ir::{AbiParam, Function, InstBuilder, Signature, UserFuncName};
 use cranelift_codegen::isa::{CallConv, TargetIsa};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
-use cranelift_jit::{JITBuilder, JITModule};
-use cranelift_module::Module;
 use vsonar_ir::op::Value;
 use vsonar_ir::{Op, Ty};
 
 use super::compiler;
 use super::emit::{Emitter, Shape};
+use super::owned::OwnedModule;
 use super::target::{self, Effort};
 use crate::exec::ExecError;
 
@@ -28,8 +28,8 @@ const CALLED_FROM: usize = 16;
 
 /// Helper functions in executable memory, which is freed when they are dropped.
 pub(crate) struct Helpers {
-    /// Behind a lock only because a module cannot be shared; nobody takes it before the end.
-    module: Mutex<Option<JITModule>>,
+    /// Behind a lock only because a module cannot be shared; nobody takes it.
+    _module: Mutex<OwnedModule>,
     /// Addresses by shape and operation; 0 for operations that are expanded.
     addresses: [Vec<usize>; 2],
 }
@@ -41,14 +41,11 @@ impl Helpers {
     /// If Cranelift does not know the machine, or memory is refused.
     pub(crate) fn new() -> Result<Helpers, ExecError> {
         let isa = target::host(Effort::Best)?;
-        let builder = JITBuilder::with_isa(isa, cranelift_module::default_libcall_names());
-        let mut module = JITModule::new(builder);
-        let addresses = define(&mut module);
-        // From here on the module is freed whatever happens.
-        let mut helpers = Helpers { module: Mutex::new(Some(module)), addresses: Default::default() };
-        helpers.addresses = addresses?;
-        Ok(helpers)
+        let mut module = OwnedModule::new(isa.clone(), None);
+        let addresses = define(&mut module, &*isa)?;
+        Ok(Helpers { _module: Mutex::new(module), addresses })
     }
+
     /// The address of the operation's helper, if it has one.
     pub(crate) fn address(&self, op: Op, shape: Shape) -> Option<usize> {
         let address = self.addresses[shape as usize][op as usize];
@@ -71,16 +68,6 @@ impl std::fmt::Debug for Helpers {
     }
 }
 
-impl Drop for Helpers {
-    fn drop(&mut self) {
-        let module = self.module.get_mut().unwrap_or_else(PoisonError::into_inner).take();
-        if let Some(module) = module {
-            // SAFETY: code that calls helpers keeps them alive, so nothing runs or will run here.
-            unsafe { module.free_memory() };
-        }
-    }
-}
-
 /// The function of an operation on numbers.
 fn function(isa: &dyn TargetIsa, context: &mut FunctionBuilderContext, shape: Shape, op: Op) -> Function {
     let signature = Helpers::signature(shape, op.operands().len(), isa.default_call_conv());
@@ -99,8 +86,8 @@ fn function(isa: &dyn TargetIsa, context: &mut FunctionBuilderContext, shape: Sh
 }
 
 /// Compiles the helpers of both shapes; their addresses.
-fn define(module: &mut JITModule) -> Result<[Vec<usize>; 2], ExecError> {
-    let mut context = module.make_context();
+fn define(module: &mut OwnedModule, isa: &dyn TargetIsa) -> Result<[Vec<usize>; 2], ExecError> {
+    let mut context = Context::new();
     let mut builder_context = FunctionBuilderContext::new();
     let mut defined = Vec::new();
     for shape in Shape::ALL {
@@ -108,15 +95,17 @@ fn define(module: &mut JITModule) -> Result<[Vec<usize>; 2], ExecError> {
             if op.is_leaf() || op.result() != Ty::F32 || op.operands().iter().any(|&ty| ty != Ty::F32) {
                 continue;
             }
-            context.func = function(module.isa(), &mut builder_context, shape, op);
+            context.clear();
+            context.func = function(isa, &mut builder_context, shape, op);
             if context.func.dfg.num_insts() < CALLED_FROM {
                 continue;
             }
-            defined.push((shape, op, compiler::define(module, &mut context)?));
-            module.clear_context(&mut context);
+            let name = || format!("vsonar_{}_{}", op.name(), shape.name());
+            defined.push((shape, op, module.define(&mut context, name).map_err(compiler::error)?));
         }
     }
-    compiler::finalize(module)?;
+    module.finalize().map_err(ExecError::Memory)?;
+    let module = module.module();
     let mut addresses = [vec![0; Op::ALL.len()], vec![0; Op::ALL.len()]];
     for (shape, op, id) in defined {
         addresses[shape as usize][op as usize] = module.get_finalized_function(id) as usize;

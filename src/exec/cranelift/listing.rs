@@ -20,7 +20,7 @@ use crate::exec::ExecError;
 /// A program whose answer is constant has no entries, which the text says.
 ///
 /// # Errors
-/// If Cranelift has no code generator for this machine.
+/// If Cranelift has no code generator for this machine, or the program is too long.
 pub fn clif(program: &Program, shape: Shape) -> Result<String, ExecError> {
     listing(program, shape, |context, _| Ok(context.func.display().to_string()))
 }
@@ -30,7 +30,7 @@ pub fn clif(program: &Program, shape: Shape) -> Result<String, ExecError> {
 /// A program whose answer is constant has no entries, which the text says.
 ///
 /// # Errors
-/// If Cranelift has no code generator for this machine, or refuses the program.
+/// If Cranelift has no code generator for this machine, refuses the program, or the program is too long.
 pub fn asm(program: &Program, shape: Shape) -> Result<String, ExecError> {
     listing(program, shape, |context, isa| {
         context.set_disasm(true);
@@ -46,6 +46,7 @@ fn listing(
     shape: Shape,
     text: impl Fn(&mut Context, &dyn cranelift_codegen::isa::TargetIsa) -> Result<String, ExecError>,
 ) -> Result<String, ExecError> {
+    super::compiler::check_length(program)?;
     let isa = target::host(Effort::Fast)?;
     let mut out = String::new();
     for kind in entries::entries(program) {

@@ -23,9 +23,11 @@ mod entries;
 mod executor;
 mod frame;
 mod helpers;
+mod homes;
 mod kept;
 mod lanes;
 mod listing;
+pub(crate) mod owned;
 mod run;
 mod target;
 #[cfg(test)]
@@ -34,3 +36,4 @@ mod tests;
 pub use emit::Shape;
 pub use executor::{CraneliftExecutor, CraneliftWorker};
 pub use listing::{asm, clif};
+pub(crate) use target::Effort;

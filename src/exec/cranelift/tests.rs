@@ -1,10 +1,15 @@
 //! Compiled code: every operation, helpers, and the code generator's own verifier.
 
+use std::io;
+use std::panic::AssertUnwindSafe;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cranelift_codegen::ir::Function;
 use cranelift_codegen::verify_function;
 use cranelift_frontend::FunctionBuilderContext;
+use cranelift_jit::{BranchProtection, JITMemoryKind, JITMemoryProvider, SystemMemoryProvider};
+use cranelift_module::{ModuleError, ModuleResult};
 use vsonar_ir::{Op, Operand, Program};
 
 use super::compiler::Compiler;
@@ -12,6 +17,7 @@ use super::emit::Shape;
 use super::entries;
 use super::helpers::Helpers;
 use super::lanes::LaneBlock;
+use super::owned::OwnedModule;
 use super::target::{self, Effort};
 use crate::detector::{CompiledDetector, Detector};
 use crate::exec::operations::{Place, Subject, check_all};
@@ -72,6 +78,48 @@ fn functions_pass_the_code_generators_verifier() {
         }
     }
     assert!(verified > 1000, "only {verified} functions");
+}
+
+/// Memory that counts how often it is freed.
+struct Counted(SystemMemoryProvider, Arc<AtomicUsize>);
+
+impl JITMemoryProvider for Counted {
+    fn allocate(&mut self, size: usize, align: u64, kind: JITMemoryKind) -> io::Result<*mut u8> {
+        self.0.allocate(size, align, kind)
+    }
+
+    unsafe fn free_memory(&mut self) {
+        self.1.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller's promise is this one.
+        unsafe { self.0.free_memory() };
+    }
+
+    fn finalize(&mut self, _: BranchProtection) -> ModuleResult<()> {
+        Err(ModuleError::Allocation { err: io::Error::from(io::ErrorKind::PermissionDenied) })
+    }
+}
+
+#[test]
+fn a_module_is_freed_whatever_ends_the_work_on_it() {
+    let isa = target::host(Effort::Fast).expect("this machine has a back end");
+    let freed = Arc::new(AtomicUsize::new(0));
+    let module = || {
+        let memory = Counted(SystemMemoryProvider::new(), Arc::clone(&freed));
+        OwnedModule::new(isa.clone(), Some(Box::new(memory)))
+    };
+    drop(module());
+    assert_eq!(freed.load(Ordering::Relaxed), 1);
+    let panicked = std::panic::catch_unwind(AssertUnwindSafe(|| {
+        let _module = module();
+        std::panic::resume_unwind(Box::new("between making and keeping"));
+    }));
+    assert!(panicked.is_err());
+    assert_eq!(freed.load(Ordering::Relaxed), 2);
+    let mut module = module();
+    let refused = module.finalize().expect_err("the system refuses");
+    assert_eq!(refused.kind(), io::ErrorKind::PermissionDenied);
+    drop(module);
+    assert_eq!(freed.load(Ordering::Relaxed), 3);
 }
 
 /// A mask of the uniform region that a lane asks for is made in lanes too, with all masks that it is made of.

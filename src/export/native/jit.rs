@@ -1,13 +1,14 @@
 //! The detector's code in this process.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
-use cranelift_jit::{JITBuilder, JITModule};
 use vsonar_ir::Program;
 
 use super::module::Definer;
 use super::{NativeError, Target};
-use crate::exec::cranelift::Shape;
+use crate::exec::MAX_STACK;
+use crate::exec::cranelift::owned::{self, OwnedModule};
+use crate::exec::cranelift::{Effort, Shape};
 
 /// luma, row stride, pixel stride, columns, how many, rows, bytes from row to row.
 type Entry = unsafe extern "C" fn(*const u8, usize, usize, *const i32, usize, *mut f32, usize) -> i32;
@@ -18,8 +19,8 @@ pub(crate) struct JitRows {
     entry: Entry,
     width: u32,
     height: u32,
-    /// Behind a lock only because a module cannot be shared; nobody takes it before the end.
-    module: Mutex<Option<JITModule>>,
+    /// Behind a lock only because a module cannot be shared; nobody takes it.
+    _module: Mutex<OwnedModule>,
 }
 
 impl JitRows {
@@ -39,27 +40,17 @@ impl JitRows {
         shape: Shape,
     ) -> Result<JitRows, NativeError> {
         // Safe code calls it on any thread.
-        let isa = target.isa(true)?;
-        let builder = JITBuilder::with_isa(isa.clone(), cranelift_module::default_libcall_names());
-        let mut module = JITModule::new(builder);
-        let entry = (|| {
-            let rows = Definer::new(&mut module, isa).rows("detector", program, shape)?;
-            module.finalize_definitions()?;
-            Ok(module.get_finalized_function(rows.id))
-        })();
-        match entry {
-            Ok(address) => {
-                // SAFETY: the function is built with this signature in the machine's own calling convention.
-                let entry = unsafe { std::mem::transmute::<*const u8, Entry>(address) };
-                let (width, height) = (program.width(), program.height());
-                Ok(JitRows { entry, width, height, module: Mutex::new(Some(module)) })
-            }
-            Err(error) => {
-                // SAFETY: nothing of it has been handed out.
-                unsafe { module.free_memory() };
-                Err(error)
-            }
+        let isa = target.isa(Effort::once(program), true)?;
+        let mut module = OwnedModule::new(isa.clone(), None);
+        let rows = Definer::new(module.module(), isa).rows(&owned::prefix(program), program, shape)?;
+        if rows.stack > MAX_STACK {
+            return Err(NativeError::Stack { bytes: rows.stack });
         }
+        module.finalize().map_err(|error| NativeError::Memory(error.to_string()))?;
+        let address = module.module().get_finalized_function(rows.id);
+        // SAFETY: the function is built with this signature in the machine's own calling convention.
+        let entry = unsafe { std::mem::transmute::<*const u8, Entry>(address) };
+        Ok(JitRows { entry, width: program.width(), height: program.height(), _module: Mutex::new(module) })
     }
 
     /// Writes the rows of `columns`, in an image whose rows of pixels lie `row_stride` bytes from each other, and
@@ -70,8 +61,9 @@ impl JitRows {
     /// If the pixels are fewer than the image has, or there are not as many rows as columns.
     pub(crate) fn run(&self, luma: &[u8], row_stride: usize, columns: &[u32], rows: &mut [f32]) -> i32 {
         let (width, height) = (self.width as usize, self.height as usize);
+        let needed = (height - 1).checked_mul(row_stride).and_then(|bytes| bytes.checked_add(width));
         assert!(
-            row_stride >= width && luma.len() >= (height - 1) * row_stride + width,
+            row_stride >= width && needed.is_some_and(|bytes| luma.len() >= bytes),
             "the image is all there"
         );
         assert_eq!(columns.len(), rows.len());
@@ -89,16 +81,6 @@ impl JitRows {
                 rows.as_mut_ptr(),
                 size_of::<f32>(),
             )
-        }
-    }
-}
-
-impl Drop for JitRows {
-    fn drop(&mut self) {
-        let module = self.module.get_mut().unwrap_or_else(PoisonError::into_inner).take();
-        if let Some(module) = module {
-            // SAFETY: whoever runs the code borrows `self`.
-            unsafe { module.free_memory() };
         }
     }
 }

@@ -23,6 +23,7 @@ mod target;
 #[cfg(test)]
 mod tests;
 
+use crate::exec::{MAX_COMPILED, MAX_STACK};
 pub(crate) use jit::JitRows;
 pub use object::Object;
 pub use target::{KNOWN, Target, TargetError};
@@ -34,15 +35,25 @@ pub enum NativeError {
     #[error(transparent)]
     Target(#[from] TargetError),
     /// The code generator refuses the program.
-    #[error("the code generator refuses the program: {0}; `--emit c` exports it as C source")]
+    #[error("the code generator refuses the program: {0}")]
     Compile(String),
     /// The system refuses memory for code.
     #[error("no executable memory: {0}")]
     Memory(String),
+    /// The program has more than [`MAX_COMPILED`] instructions.
+    #[error("the program has {instructions} instructions, and native code is made of at most {MAX_COMPILED}")]
+    TooLong {
+        /// How many it has.
+        instructions: usize,
+    },
+    /// The code would take more stack than a thread may have.
+    #[error("its code takes {bytes} bytes of stack; {MAX_STACK} is the limit in this process")]
+    Stack {
+        /// How many it takes.
+        bytes: usize,
+    },
     /// An instruction is missing on the target, and the code generator would call a library for it.
-    #[error(
-        "{function} would call {callee}; `--emit c` exports the program as C source, which calls nothing"
-    )]
+    #[error("{function} would call {callee}, which detectors must not")]
     Call {
         /// The function that would.
         function: String,

@@ -10,6 +10,7 @@ use cranelift_module::{FuncId, Linkage, Module, ModuleError};
 use super::plan::Plan;
 use super::rows::{self, Rows};
 use super::{NativeError, fill};
+use crate::exec::MAX_COMPILED;
 use crate::exec::cranelift::Shape;
 use vsonar_ir::Program;
 
@@ -68,6 +69,9 @@ impl<'m, M: Module> Definer<'m, M> {
         program: &Program,
         shape: Shape,
     ) -> Result<Defined, NativeError> {
+        if program.len() > MAX_COMPILED {
+            return Err(NativeError::TooLong { instructions: program.len() });
+        }
         let plans = rows::plans(program);
         let vectors = shape == Shape::Lanes4;
         let mut fills = [None; 2];

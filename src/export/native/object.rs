@@ -7,6 +7,7 @@ use cranelift_object::{ObjectBuilder, ObjectModule};
 use super::module::Definer;
 use super::{NativeError, Target, sensor};
 use crate::camera::ground::Ground;
+use crate::exec::cranelift::Effort;
 use crate::export::{ABI, Request, header};
 
 /// A finished object file.
@@ -24,7 +25,7 @@ impl Object {
     /// # Errors
     /// If the code generator refuses the target or the program, or would call a library.
     pub fn compile(request: &Request, target: &Target) -> Result<Object, NativeError> {
-        let isa = target.isa(false)?;
+        let isa = target.isa(Effort::once(&request.program), false)?;
         let name = request.symbol.as_str();
         // A call of a library is an error before its name matters.
         let builder =

@@ -8,7 +8,7 @@ use target_lexicon::{
     Architecture, BinaryFormat, OperatingSystem, PointerWidth, Riscv64Architecture, Triple,
 };
 
-use crate::exec::cranelift::Shape;
+use crate::exec::cranelift::{Effort, Shape};
 
 /// A machine: its triple and how much of its instruction set may be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -202,11 +202,11 @@ impl Target {
     ///
     /// A frame may be larger than the page that guards a stack's end. With `probes` each page is touched in turn, so
     /// that too small a stack is a fault, not damage to what lies below it. That takes up to a page of stack more.
-    pub(crate) fn isa(&self, probes: bool) -> Result<OwnedTargetIsa, TargetError> {
+    pub(crate) fn isa(&self, effort: Effort, probes: bool) -> Result<OwnedTargetIsa, TargetError> {
         let refused = |message: String| TargetError::Refused { target: self.triple(), message };
         let mut flags = settings::builder();
         for (name, value) in [
-            ("opt_level", "speed"),
+            ("opt_level", effort.level()),
             ("regalloc_algorithm", "backtracking"),
             ("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" }),
             ("is_pic", "false"),
@@ -265,11 +265,11 @@ mod tests {
             assert!(!levels.is_empty());
             for cpu in levels {
                 let target = Target::new(Some(triple), Some(cpu.name)).expect("known");
-                target.isa(false).unwrap_or_else(|e| panic!("{target}: {e}"));
+                target.isa(Effort::Best, false).unwrap_or_else(|e| panic!("{target}: {e}"));
             }
         }
-        Target::host().isa(true).expect("this machine has a back end");
-        Target::native().isa(true).expect("this machine has a back end");
+        Target::host().isa(Effort::Best, true).expect("this machine has a back end");
+        Target::native().isa(Effort::Best, true).expect("this machine has a back end");
     }
 
     #[test]

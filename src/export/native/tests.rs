@@ -78,3 +78,13 @@ fn native_code_gives_the_reference_s_bits() {
         }
     }
 }
+
+#[test]
+#[should_panic(expected = "the image is all there")]
+fn a_stride_whose_product_overflows_is_refused() {
+    let program = generate::program(1, 17, 16, 30);
+    let code = JitRows::compile_for(&program, &Target::host(), Shape::Scalar).expect("compiles");
+    // Fifteen times this wraps to a few bytes.
+    let stride = usize::MAX / 15 + 1;
+    code.run(&[0; 64], stride, &[0], &mut [0.0]);
+}

@@ -134,7 +134,7 @@ mod tests {
             assert_eq!(of(v, v, v), [v, 128, 128]);
         }
         // Against the definition in binary64.
-        for i in 0..10_000u32 {
+        for i in 0..10_000u64 {
             let [r, g, b] = [i * 7919 % 256, i * 104_729 % 256, i * 1_299_709 % 256].map(|v| v as u8);
             let (red, green, blue) = (f64::from(r), f64::from(g), f64::from(b));
             let y = 0.299 * red + 0.587 * green + 0.114 * blue;
