@@ -98,7 +98,7 @@ fn a_run_is_the_same_on_any_number_of_threads() {
 fn a_map_is_well_formed() {
     let office = Office::new(Kind::Fmrb, 1);
     let run = run(&office, &mut Sonar::new(1), 1, 0.5);
-    let text = map::svg(&office, &run, 0.24, "<a & \u{1b}b>");
+    let text = map::svg(&office, &run, 0.24, "fmrb: <run & 1>", "<a & \u{1b}b>");
     let mut open: Vec<&str> = Vec::new();
     for tag in text.split('<').skip(1) {
         let (tag, rest) = tag.split_once('>').expect("tags end");

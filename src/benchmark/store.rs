@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::population::Fresh;
+use crate::support::printable::ShownPath as _;
 use crate::tree::Individual;
 
 /// The version of the format.
@@ -17,7 +18,7 @@ const VERSION: u32 = 1;
 #[derive(Debug, thiserror::Error)]
 #[error(
     "{}: these are not the stored individuals of generation {generation}: {fault}; remove the file, and they are evolved again",
-    path.display()
+    path.shown()
 )]
 pub struct StoreError {
     /// The file.

@@ -20,6 +20,7 @@ use toml::Spanned;
 
 use super::{Camera, CameraError};
 use crate::support::bounded::Bounded;
+use crate::support::printable::ShownPath as _;
 
 /// Reads far more than any camera's file. It may come through a pipe.
 const CAMERA: Bounded = Bounded::to(1 << 20).or_pipes();
@@ -28,7 +29,7 @@ const CAMERA: Bounded = Bounded::to(1 << 20).or_pipes();
 #[derive(Debug, thiserror::Error)]
 pub enum CameraFileError {
     /// It cannot be read.
-    #[error("{}: cannot read the camera: {source}{}", path.display(), remedy(source))]
+    #[error("{}: cannot read the camera: {source}{}", path.shown(), remedy(source))]
     Read {
         /// The file.
         path: PathBuf,
@@ -89,7 +90,7 @@ impl Camera {
     pub fn load(path: &Path) -> Result<Camera, CameraFileError> {
         let unread = |source| CameraFileError::Read { path: path.to_path_buf(), source };
         let text = CAMERA.text(path).map_err(unread)?;
-        Camera::from_toml(&text, &path.display().to_string())
+        Camera::from_toml(&text, &path.shown())
     }
 
     /// The camera that a text gives; `file` names it in errors.

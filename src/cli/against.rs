@@ -274,9 +274,9 @@ impl SequenceDetector for Timed<'_> {
 
 /// What is said below the table.
 const NOTE: &str = "\
-Rivals are tuned on the images of the first column of numbers, never on those tested. 95 %: bootstrap interval over
-stretches of five images. Median of 3: the fitness if each answer is the median of this frame's and the last two's.
-One frame: share of the errors that are gone in the next labelled frame of the column, those in the last frame of a
+Rivals are tuned on the images of the first column of numbers, never on those tested. 95 %: bootstrap interval over \
+stretches of five images. Median of 3: the fitness if each answer is the median of this frame's and the last two's. \
+One frame: share of the errors that are gone in the next labelled frame of the column, those in the last frame of a \
 sequence left out, for they have no next one; longest: most frames in a row. Time: the labelled columns of an image.";
 
 fn text(report: &Report) -> String {

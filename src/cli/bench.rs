@@ -22,9 +22,9 @@ use super::bench_view::Meter;
 use super::executor::{Choice, with_stack};
 use super::memory::MemoryArgs;
 use super::output::{self, count};
+use super::progress::{Bar, Style};
 use super::settings::PresetName;
 use super::source_made::BUILDING;
-use super::view::Style;
 use super::{CliError, interrupt};
 
 /// Numbers of cases that time is measured against, where the set has as many; and all of them.
@@ -147,11 +147,13 @@ fn plot_file(text: &str) -> Result<Plot, String> {
 pub(crate) fn run(mut args: Args) -> Result<(), CliError> {
     args.generations.sort_unstable();
     args.generations.dedup();
-    let style = Style::of(args.quiet, args.json);
+    let style = Style::of(args.quiet);
     let settings = settings(&args)?;
     let stop = interrupt::stop_flag()?;
     let executors = executors(&args)?;
+    let busy = Bar::spinner(style, "preparing the images");
     let data = data(&args)?;
+    drop(busy);
     let counts = case_counts(&args.cases, data.cases().len())?;
     args.memory.check([&data])?;
     let fresh = individuals(&args.store, &args.generations, &data, &settings, &stop, style)?;
@@ -271,7 +273,7 @@ impl Bench<'_> {
         let mut generations = Vec::new();
         for Fresh { generation, individuals } in fresh {
             let sample = even_sample(individuals, self.args.sample as usize);
-            meter.begin(&format!("generation {generation}: {}", count(sample.len() as u64, "individual")))?;
+            meter.begin(&format!("generation {generation}: {}", count(sample.len() as u64, "individual")));
             let measured = self.on(&sample, &all, every, meter)?;
             generations.push(GenerationReport::of(*generation, individuals.len(), &measured));
         }
@@ -283,7 +285,7 @@ impl Bench<'_> {
         let sample: Vec<&Individual> = sample.into_iter().step_by(every).collect();
         let mut points = Vec::new();
         for &number in counts {
-            meter.begin(&count(number as u64, "case"))?;
+            meter.begin(&count(number as u64, "case"));
             let lanes = even_sample(&lanes, number).into_iter().copied().collect();
             let measured = self.on(&sample, &CaseSet::new(images.clone(), lanes)?, 1, meter)?;
             points.push(PointReport::of(&measured));

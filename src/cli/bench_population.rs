@@ -1,18 +1,20 @@
 //! The individuals that `vsonar bench` measures: those it finds in the store, and for the others an evolution.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use vsonar::benchmark::{Fresh, StoreKey, evolve_fresh};
 use vsonar::dataset::Dataset;
 use vsonar::evolve::{Evolution, Settings};
 use vsonar::support::bounded::Bounded;
+use vsonar::support::printable;
 
 use super::CliError;
 use super::bench::interrupted;
 use super::executor::Choice;
 use super::output;
-use super::view::{Style, View};
+use super::progress::Style;
+use super::view::View;
 
 /// The fresh individuals of each generation: those that are stored, and for the others an evolution.
 pub(crate) fn individuals(
@@ -32,22 +34,16 @@ pub(crate) fn individuals(
     let mut made = Vec::new();
     if let Some(last) = missing.last() {
         if style == Style::Lines {
-            output::print(&format!("Evolving on {}, to be kept in {}\n", data.name(), store.display()))?;
+            let store = output::printable(store);
+            output::say(&format!("Evolving on {}, to be kept in {store}", printable::line(data.name())));
         }
         // Results do not depend on the executor; the first in the list is the fastest.
         let executor = Choice::all_runnable().into_iter().next();
         let executor = executor.map_or_else(|| Choice::Tree.make(), Ok)?;
         let mut evolution = Evolution::new(data, settings.clone(), executor, 0)?;
         let mut view = View::start(style, &evolution, last + 1, data);
-        let mut unseen = Ok(());
-        let fresh = evolve_fresh(&mut evolution, &missing, stop, |record| {
-            if let Err(error) = view.generation(record) {
-                unseen = Err(error);
-                stop.store(true, Ordering::Relaxed);
-            }
-        })?;
+        let fresh = evolve_fresh(&mut evolution, &missing, stop, |record| view.generation(record))?;
         drop(view);
-        unseen.map_err(|error| CliError::output(&error))?;
         made = fresh.ok_or_else(interrupted)?;
         std::fs::create_dir_all(store).map_err(|error| CliError::file(store, "make the folder", &error))?;
         for fresh in &made {

@@ -30,7 +30,7 @@ pub(crate) fn text(report: &Report) -> String {
     // Writing to a string cannot fail.
     let _ = write!(
         out,
-        "\nMilliseconds of an individual on all cases: medians over the individuals of the median of its rounds, and\n\
+        "\nMilliseconds of an individual on all cases: medians over the individuals of the median of its rounds, and \
          quartiles, mean of lowering, compiling and executing together. Spread: half the range of the rounds' totals.\n\
          GPop/s: tree nodes that the walker evaluates, by the time together. Speed: the walker's time together by the\n\
          executor's. Both are quotients of the medians above.\n"
@@ -126,8 +126,8 @@ fn break_even(report: &Report) -> String {
         ]);
     }
     format!(
-        "\nBreak-even: the number of fitness cases from which compiling pays, against the fastest executor that does\n\
-         not compile; and the share of the individuals for which it never does, does from the first case on, and does\n\
+        "\nBreak-even: the number of fitness cases from which compiling pays, against the fastest executor that does \
+         not compile; and the share of the individuals for which it never does, does from the first case on, and does \
          with the cases measured\n{table}"
     )
 }

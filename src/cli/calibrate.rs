@@ -1,6 +1,5 @@
 //! `vsonar calibrate`: the camera's height, pitch, field of view and distortion, from points on the floor.
 
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use vsonar::camera::calibrate::{self, CalibrateError, Calibration, Known, Number, Source};
@@ -11,6 +10,7 @@ use super::CliError;
 use super::output::{self, count, from_here};
 use super::program::size;
 use super::table::Table;
+use vsonar::support::printable::ShownPath as _;
 
 /// Reads far more than any table of points. It may come through a pipe.
 const TABLE: Bounded = Bounded::to(16 << 20).or_pipes();
@@ -91,8 +91,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         output::print_json(&found)
     } else if args.quiet {
         for warning in &found.warnings {
-            // If standard error is closed, nobody wants to know.
-            let _ = writeln!(io::stderr(), "warning: {}: {warning}", args.table.display());
+            output::say(&format!("warning: {}: {warning}", output::printable(&args.table)));
         }
         Ok(())
     } else {
@@ -105,13 +104,13 @@ fn may_write(out: &Path, table: &Path, force: bool) -> Result<(), CliError> {
     let same =
         std::fs::canonicalize(out).is_ok_and(|out| std::fs::canonicalize(table).is_ok_and(|t| t == out));
     if same {
-        let text = format!("--out: {} is the table itself; choose another name", out.display());
+        let text = format!("--out: {} is the table itself; choose another name", out.shown());
         return Err(CliError::Usage(text));
     }
     // A device or a pipe is written to as it is.
     if !force && out.metadata().is_ok_and(|there| there.is_file()) {
         let text =
-            format!("{}: exists already; choose another name, or replace it with `--force`", out.display());
+            format!("{}: exists already; choose another name, or replace it with `--force`", out.shown());
         return Err(CliError::Failed(text));
     }
     Ok(())
@@ -119,11 +118,11 @@ fn may_write(out: &Path, table: &Path, force: bool) -> Result<(), CliError> {
 
 fn read(table: &Path) -> Result<Vec<points::Point>, CliError> {
     let text = TABLE.text(table).map_err(|e| CliError::file(table, "read the table", &e))?;
-    Ok(points::read(&text, &table.display().to_string())?)
+    Ok(points::read(&text, &table.shown())?)
 }
 
 fn complaint(table: &Path, error: &CalibrateError) -> CliError {
-    let table = table.display();
+    let table = table.shown();
     match (error, error.line()) {
         // They were typed.
         (CalibrateError::Camera(error), _) => CliError::Usage(error.to_string()),
@@ -175,7 +174,7 @@ fn off(found: &Calibration) -> String {
 fn report(args: &Args, found: &Calibration) -> String {
     let (width, height) = found.size;
     let points = count(found.residuals.len() as u64, "point");
-    let mut text = format!("{}: {points} in images of {width} x {height} pixels\n\n", args.table.display());
+    let mut text = format!("{}: {points} in images of {width} x {height} pixels\n\n", args.table.shown());
     let mut table = Table::new(2, &["", "", "value", "± std. error"]);
     for (number, (unit, digits)) in found.numbers.iter().zip([("m", 4), ("deg", 2), ("deg", 2), ("", 4)]) {
         let error = number.standard_error.map_or(String::new(), |e| format!("± {e:.digits$}"));
@@ -191,7 +190,7 @@ fn report(args: &Args, found: &Calibration) -> String {
         text += &format!("Warning: {warning}.\n");
     }
     match &args.out {
-        Some(out) => text += &format!("\n{}: written\n", from_here(out).display()),
+        Some(out) => text += &format!("\n{}: written\n", from_here(out).shown()),
         None => text += "\nTo keep the camera, add `--out camera.toml`.\n",
     }
     text

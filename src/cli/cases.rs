@@ -7,6 +7,7 @@ use vsonar::vision::GRAY_WEIGHTS;
 
 use super::CliError;
 use super::memory::Need;
+use vsonar::support::printable::ShownPath as _;
 
 /// The fitness cases of a run.
 pub(crate) struct Cases {
@@ -48,7 +49,7 @@ impl Cases {
             if let Some((other, _)) = known.iter().find(|(_, other)| *other == fingerprint) {
                 return Err(CliError::Failed(format!(
                     "the {what} data are the {other} data, case for case, and would say nothing of other images; give other \
-                     images, another building, or a part of these (`--holdout 20%`, `--validation 20%`)"
+                     images, another building, or a part of these, such as 20%"
                 )));
             }
             known.push((what, fingerprint));
@@ -86,13 +87,13 @@ impl Cases {
                         "{}: the {what} data have colour, and the run was made with gray by the weights of {weights}; by those \
                          of {GRAY_WEIGHTS}, as cameras have them, the images{folder} are others now: start a new run \
                          (`vsonar eval {run} --data DIR` tests its program on the images as they are seen now)",
-                        settings.display()
+                        settings.shown()
                     )));
                 }
                 return Err(CliError::Failed(format!(
                     "{}: the run was made with other {what} data than there are now{folder}; put them back as they were, or \
                      start a new run (`vsonar eval {run} --data DIR` tests its program on any images)",
-                    settings.display()
+                    settings.shown()
                 )));
             }
         }

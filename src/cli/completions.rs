@@ -23,5 +23,5 @@ pub(crate) struct Args {
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "vsonar", &mut script);
-    output::print(&String::from_utf8_lossy(&script))
+    output::print_listing(&String::from_utf8_lossy(&script))
 }

@@ -1,10 +1,9 @@
 //! Writing a data folder from pictures that were found, and what is said about it.
 
-use std::io::{Cursor, IsTerminal};
+use std::io::Cursor;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use image::ImageFormat;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 use serde::Serialize;
 use vsonar::dataset::import::{
@@ -12,11 +11,13 @@ use vsonar::dataset::import::{
 };
 use vsonar::dataset::{self, CheckReport};
 use vsonar::memory::stretches;
+use vsonar::support::printable;
 
 use super::data_import::Wanted;
 use super::data_import_values::ValueReport;
 use super::new_folder::NewFolder;
 use super::output::{self, count, shell_word};
+use super::progress::{Bar, Style};
 use super::{CliError, interrupt, large};
 
 /// What was done.
@@ -79,7 +80,7 @@ pub(super) fn write(
     table.write_record(["image", "x", "y"])?;
     let (mut images, mut cases, mut undecided, mut any_ground) = (0, 0, 0, false);
     let mut values = ValueCounts::default();
-    let bar = bar(items.len() as u64, wanted.json);
+    let bar = Bar::counting(Style::of(wanted.json), items.len() as u64, "images");
     let memory: Vec<u64> = items.par_iter().map(Item::memory_needed).collect();
     let limit = wanted.memory.limit();
     if let Some((item, &bytes)) = items.iter().zip(&memory).find(|&(_, &bytes)| bytes > limit) {
@@ -93,7 +94,6 @@ pub(super) fn write(
     let stretches = stretches(&memory, limit);
     for part in stretches.iter().flat_map(|stretch| items[stretch.clone()].chunks(AT_A_TIME)) {
         if stop.load(Ordering::Relaxed) {
-            bar.finish_and_clear();
             return Err(CliError::Interrupted("interrupted; nothing was written".to_string()));
         }
         let made: Vec<_> = part.par_iter().map(|item| labelled(item, &view, size, &columns, &stop)).collect();
@@ -103,7 +103,6 @@ pub(super) fn write(
                     left_out.push(LeftOut { name: item.name.clone(), reason: error.to_string() });
                 }
                 Err(error) => {
-                    bar.finish_and_clear();
                     return Err(CliError::Failed(format!("{error}\n{SKIP}")));
                 }
                 Ok((labelled, png)) => {
@@ -124,9 +123,9 @@ pub(super) fn write(
                 }
             }
         }
-        bar.inc(part.len() as u64);
+        bar.advance(part.len() as u64);
     }
-    bar.finish_and_clear();
+    drop(bar);
     if images == 0 {
         return Err(nothing(&items, &view, &left_out));
     }
@@ -189,7 +188,9 @@ fn nothing(items: &[Item], view: &View, left_out: &[LeftOut]) -> CliError {
 
 /// The first ones that were left out, a line each.
 fn named(left_out: &[LeftOut]) -> String {
-    let line = |LeftOut { name, reason }: &LeftOut| format!("  {name}: {}\n", reason.replace('\n', " "));
+    let line = |LeftOut { name, reason }: &LeftOut| {
+        format!("  {}: {}\n", printable::line(name), printable::line(reason))
+    };
     let mut text: String = left_out.iter().take(SHOWN).map(line).collect();
     if left_out.len() > SHOWN {
         text += &format!("  and {} more\n", left_out.len() - SHOWN);
@@ -197,20 +198,9 @@ fn named(left_out: &[LeftOut]) -> String {
     text
 }
 
-pub(super) fn bar(steps: u64, quiet: bool) -> ProgressBar {
-    let target = match !quiet && std::io::stderr().is_terminal() {
-        true => ProgressDrawTarget::stderr_with_hz(10),
-        false => ProgressDrawTarget::hidden(),
-    };
-    let bar = ProgressBar::with_draw_target(Some(steps), target);
-    if let Ok(style) = ProgressStyle::with_template("{pos}/{len} images {wide_bar} {eta}") {
-        bar.set_style(style.progress_chars("━╸─"));
-    }
-    bar
-}
-
 fn text(summary: &Summary, wanted: &Wanted) -> String {
-    let Summary { images, cases, undecided, left_out, skipped_objects, dropped_objects, values, check } = summary;
+    let Summary { images, cases, undecided, left_out, skipped_objects, dropped_objects, values, check } =
+        summary;
     let mut text =
         format!("{check}\nimported  {}, {}\n", count(*images as u64, "image"), count(*cases as u64, "case"));
     if *undecided > 0 {
@@ -243,7 +233,5 @@ fn text(summary: &Summary, wanted: &Wanted) -> String {
     if let Some(large) = check.size().and_then(|size| large::advice(&wanted.out, size)) {
         text += &format!("note: {large}\n");
     }
-    // Names of files may hold what a terminal would take for commands.
-    let text: String = text.chars().map(|c| if c.is_control() && c != '\n' { '?' } else { c }).collect();
     format!("{text}Next: vsonar evolve --data {}\n", shell_word(&wanted.out))
 }

@@ -13,10 +13,10 @@ use vsonar::label::LeftOut;
 use vsonar::label::resize::{Carried, ResizeError, Resized, Resizing, Tags, Wanted};
 
 use super::data_import::crop;
-use super::data_import_write::bar;
 use super::new_folder::NewFolder;
 use super::output::{self, count, printable, shell_word};
 use super::program::size;
+use super::progress::{Bar, Style};
 use super::{CliError, interrupt};
 
 const EXAMPLES: &str = "\
@@ -123,23 +123,23 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let stop = interrupt::stop_flag()?;
     let interrupted = || CliError::Interrupted("interrupted; nothing was written".to_string());
     folder.make()?;
-    let bar = bar(resizing.images() as u64, args.json);
+    let bar = Bar::counting(Style::of(args.json), resizing.images() as u64, "images");
     let mut images: Vec<Carried> = Vec::with_capacity(resizing.images());
     for start in (0..resizing.images()).step_by(AT_A_TIME) {
         let end = (start + AT_A_TIME).min(resizing.images());
         let one = |index: usize| match stop.load(Ordering::Relaxed) {
             true => Err(interrupted()),
-            false => one(&resizing, index, &folder, args.skip_faulty).inspect(|_| bar.inc(1)),
+            false => one(&resizing, index, &folder, args.skip_faulty).inspect(|_| bar.advance(1)),
         };
         let made: Vec<_> = (start..end).into_par_iter().map(one).collect();
         for made in made {
-            match made.inspect_err(|_| bar.finish_and_clear())? {
+            match made? {
                 Ok(carried) => images.push(carried),
                 Err(fault) => left_out.push(fault),
             }
         }
     }
-    bar.finish_and_clear();
+    drop(bar);
     if images.is_empty() {
         return Err(CliError::Failed(format!("no image is left:\n{}", named(&left_out))));
     }

@@ -1,23 +1,24 @@
 //! `vsonar data video`: frames of a video as images to be labelled.
 
-use std::io::{Cursor, IsTerminal};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use image::ImageFormat;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use vsonar::dataset::import::View;
 use vsonar::frames::record::Every;
 use vsonar::frames::y4m::Reader;
 use vsonar::frames::{Frame, FrameError, FrameFault, FrameSource, Rate};
+use vsonar::support::printable::ShownPath as _;
 
 use super::data_import::ViewArgs;
 use super::ffmpeg::{self, Running};
 use super::new_folder::NewFolder;
 use super::output::{self, count, shell_word};
+use super::progress::{Bar, Style};
 use super::{CliError, interrupt, large};
 
 const EXAMPLES: &str = "\
@@ -90,12 +91,12 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let there =
         std::fs::metadata(&args.file).map_err(|e| CliError::file(&args.file, "read the video", &e))?;
     if there.is_dir() {
-        let text = format!("{}: is a folder; give one video at a time", args.file.display());
+        let text = format!("{}: is a folder; give one video at a time", args.file.shown());
         return Err(CliError::Failed(text));
     }
     let stop = interrupt::stop_flag()?;
     folder.make()?;
-    let bar = bar(args.json);
+    let bar = Bar::spinner(Style::of(args.json), "reading the video");
     let mut taken = Err(Failure::Unknown);
     for option in PASSTHROUGH {
         taken = attempt(&args, option, &folder, &bar, &stop);
@@ -103,7 +104,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
             break;
         }
     }
-    bar.finish_and_clear();
+    drop(bar);
     if stop.load(Ordering::Relaxed) {
         return Err(CliError::Interrupted("interrupted; nothing was written".to_string()));
     }
@@ -149,12 +150,12 @@ fn attempt(
     args: &Args,
     option: &str,
     folder: &NewFolder,
-    bar: &ProgressBar,
+    bar: &Bar,
     stop: &Arc<AtomicBool>,
 ) -> Result<(u64, (u32, u32)), Failure> {
     let running = Running::start(command(args, option), stop)?;
     let taken = take(args, &running, folder, bar, stop);
-    let origin = args.file.display();
+    let origin = args.file.shown();
     let unrecognized = format!("Unrecognized option '{}'", &option[1..]);
     let failed = |text: String| Failure::Of(CliError::Failed(format!("{origin}: {text}")));
     if let Err(Taken::Failed(error)) = taken {
@@ -229,10 +230,10 @@ fn take(
     args: &Args,
     running: &Running,
     folder: &NewFolder,
-    bar: &ProgressBar,
+    bar: &Bar,
     stop: &Arc<AtomicBool>,
 ) -> Result<(u64, (u32, u32)), Taken> {
-    let origin = args.file.display().to_string();
+    let origin = args.file.shown();
     let empty = || FrameError { origin: origin.clone(), frame: None, fault: FrameFault::Empty };
     let pipe = running.output().ok_or_else(|| Taken::Nothing(empty().into()))?;
     let mut reader = Reader::new(pipe, &origin).map_err(|error| match error.fault {
@@ -251,7 +252,7 @@ fn take(
         }
         frames += 1;
         size = write(&args.file, folder, frames, &view, &mut frame).map_err(Taken::Failed)?;
-        bar.inc(1);
+        bar.message(&count(frames, "frame"));
     }
     if frames == 0 { Err(Taken::Nothing(no_frame(&origin))) } else { Ok((frames, size)) }
 }
@@ -268,23 +269,11 @@ fn write(
     frame: &mut Frame,
 ) -> Result<(u32, u32), CliError> {
     let pixels = view.of(std::mem::take(&mut frame.pixels));
-    let pixels = pixels.map_err(|e| CliError::Failed(format!("{}: {e}", video.display())))?;
+    let pixels = pixels.map_err(|e| CliError::Failed(format!("{}: {e}", video.shown())))?;
     let mut png = Cursor::new(Vec::new());
     pixels.write_to(&mut png, ImageFormat::Png)?;
     folder.write(&format!("frame_{number:06}.png"), png.get_ref())?;
     Ok(pixels.dimensions())
-}
-
-fn bar(quiet: bool) -> ProgressBar {
-    let target = match !quiet && std::io::stderr().is_terminal() {
-        true => ProgressDrawTarget::stderr_with_hz(10),
-        false => ProgressDrawTarget::hidden(),
-    };
-    let bar = ProgressBar::with_draw_target(None, target);
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {pos} frames, {elapsed}") {
-        bar.set_style(style);
-    }
-    bar
 }
 
 #[cfg(test)]

@@ -24,8 +24,8 @@ use super::executor::with_stack;
 use super::jobs::{Cores, each_watched, useful_threads};
 use super::new_folder::NewFolder;
 use super::program::Loaded;
+use super::progress::{Bar, Style};
 use super::run_columns::{self, Columns};
-use super::view::Style;
 use super::{CliError, interrupt, output};
 
 const EXAMPLES: &str = "\
@@ -121,6 +121,8 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         None if own_world(&args.program)? == Some(World::Nsh) => Kind::Nsh,
         None => Kind::Fmrb,
     };
+    let style = Style::of(args.quiet);
+    let busy = Bar::spinner(style, "preparing the building");
     let building = Building { kind: world, seed: args.seed, changed: args.changed };
     let office = building.office()?;
     let columns = args.columns.of(office.size().0)?;
@@ -142,7 +144,8 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         .flat_map(|number| (0..sensors.len()).map(move |sensor| Item { sensor, number }))
         .collect();
     let most = (settings.seconds * FRAME_RATE).round() as u64;
-    let meter = Meter::start(Style::of(args.quiet, args.json), items.len() as u64, most);
+    drop(busy);
+    let meter = Meter::start(style, items.len() as u64, most);
     let drives = Drives {
         args: &args,
         threads,
@@ -272,12 +275,8 @@ impl Drives<'_> {
             if let Some((item, run)) = result {
                 ended.runs += 1;
                 ended.frames += (run.seconds * FRAME_RATE).round() as u64;
-                let said = meter.say(&line(self.sensors[item.sensor].name(), &run));
+                meter.say(&line(self.sensors[item.sensor].name(), &run));
                 runs[item.sensor].push(run);
-                // Whoever reads along may go, if what matters is in the folder.
-                if folder.is_none() {
-                    said?;
-                }
             }
             meter.show(ended);
             Ok(())

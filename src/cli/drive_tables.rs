@@ -216,9 +216,9 @@ fn sums(report: &Report) -> Table {
 
 /// What is said below the tables.
 const NOTE: &str = "\
-±: standard deviation over the runs. Metres per collision: the way of all runs for each collision. Walked into:
+±: standard deviation over the runs. Metres per collision: the way of all runs for each collision. Walked into: \
 collisions with somebody who walked into a robot that stood still or turned in place.
-Rows right: answers on the way within 10 rows of the truth. One frame: share of the wrong ones that last a single frame,
+Rows right: answers on the way within 10 rows of the truth. One frame: share of the wrong ones that last a single frame, \
 0.1 s, those in the last frame of a run left out; longest error: most time that a column was wrong without a break.";
 
 fn notes(report: &Report) -> String {
@@ -239,7 +239,7 @@ fn notes(report: &Report) -> String {
     if any(Summary::is_lower_bound) {
         let _ = writeln!(
             out,
-            "+: runs that got stuck or whose time was over had hit nothing yet; they count with what they had driven\n\
+            "+: runs that got stuck or whose time was over had hit nothing yet; they count with what they had driven \
              by then, a lower bound."
         );
     }

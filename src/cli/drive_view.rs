@@ -1,20 +1,17 @@
 //! What is seen of drives while they go on: a bar on a terminal, a line for each run elsewhere.
 
-use std::io::{self, Write};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vsonar::world::office::FRAME_RATE;
 
-use super::CliError;
-use super::output::{count, duration, print};
-use super::view::Style;
+use super::output::{count, duration, say};
+use super::progress::{Bar, Style};
 
 /// Shows drives.
 pub(crate) struct Meter {
     style: Style,
-    bar: ProgressBar,
+    bar: Bar,
     /// Frames of all runs so far.
     frames: AtomicU64,
     /// How many frames a run can have.
@@ -33,15 +30,8 @@ pub(crate) struct Ended {
 impl Meter {
     /// The view of so many runs of so many frames at most.
     pub(crate) fn start(style: Style, runs: u64, most: u64) -> Meter {
-        let target = match style {
-            Style::Live => ProgressDrawTarget::stderr_with_hz(10),
-            _ => ProgressDrawTarget::hidden(),
-        };
-        let bar = ProgressBar::with_draw_target(Some(runs * most.max(1)), target);
-        if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {msg}") {
-            bar.set_style(style.progress_chars("━╸─"));
-        }
-        bar.set_prefix(count(runs, "run"));
+        let bar = Bar::new(style, runs * most.max(1));
+        bar.name(&count(runs, "run"));
         Meter { style, bar, frames: AtomicU64::new(0), most, runs, start: Instant::now() }
     }
 
@@ -61,10 +51,10 @@ impl Meter {
         let frames = self.frames.load(Ordering::Relaxed);
         // A run that has ended counts as a whole.
         let position = frames - ended.frames + ended.runs * self.most;
-        self.bar.set_position(position);
+        self.bar.at(position, self.runs * self.most.max(1));
         let rate = frames as f64 / real.max(1e-9);
         let left = (self.runs * self.most).saturating_sub(position) as f64 / rate.max(1e-9);
-        self.bar.set_message(format!(
+        self.bar.message(&format!(
             "{} of {} ended, {:.0} times real time, at most {} left",
             ended.runs,
             self.runs,
@@ -74,20 +64,9 @@ impl Meter {
     }
 
     /// Says that a run has ended.
-    pub(crate) fn say(&self, line: &str) -> Result<(), CliError> {
-        match self.style {
-            Style::Lines => print(&format!("{line}\n"))?,
-            // The line is for whoever is there to see it.
-            Style::LinesAside => drop(writeln!(io::stderr(), "{line}")),
-            Style::Live => self.bar.println(line),
-            Style::Silent => {}
+    pub(crate) fn say(&self, line: &str) {
+        if self.style != Style::Silent {
+            say(line);
         }
-        Ok(())
-    }
-}
-
-impl Drop for Meter {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
     }
 }

@@ -1,8 +1,10 @@
 //! How a command ends when it does not end well.
 
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 use std::process::ExitCode;
+
+use vsonar::support::printable::ShownPath as _;
 
 /// Why a command did not do what it was asked.
 #[derive(Debug)]
@@ -31,7 +33,7 @@ impl<E: std::error::Error> From<E> for CliError {
 impl CliError {
     /// A file that could not be read or written.
     pub(crate) fn file(path: &Path, action: &str, error: &io::Error) -> CliError {
-        CliError::Failed(format!("{}: cannot {action}: {error}{}", path.display(), remedy(error)))
+        CliError::Failed(format!("{}: cannot {action}: {error}{}", path.shown(), remedy(error)))
     }
 
     /// Standard output that could not be written.
@@ -62,11 +64,8 @@ impl CliError {
             CliError::Negative => return ExitCode::from(1),
             CliError::Closed => return ExitCode::SUCCESS,
         };
-        // Names of files may hold what a terminal would take for commands.
-        let shown = |c: char| if c.is_control() && c != '\n' { '?' } else { c };
-        let text: String = text.chars().map(shown).collect();
         // If standard error is closed, the exit code has to do.
-        let _ = io::stderr().write_all(text.as_bytes());
+        super::terminal::say(&text);
         ExitCode::from(code)
     }
 }

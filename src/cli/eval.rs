@@ -7,6 +7,7 @@ use serde::Serialize;
 use vsonar::dataset::scale::in_proportion;
 use vsonar::dataset::{BestConstant, Constants, Dataset, TOLERANCE, Transience};
 use vsonar::evolve::is_correct;
+use vsonar::support::printable::{self, ShownPath as _};
 use vsonar::tree::{Individual, Shortest};
 
 use super::CliError;
@@ -17,6 +18,7 @@ use super::gray_note::note_gray;
 use super::memory::MemoryArgs;
 use super::output::{self, Own, count, percent};
 use super::program;
+use super::progress::{Bar, Style};
 use super::sensitivity;
 use super::table::Table;
 use super::tuning::Copies;
@@ -207,6 +209,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         ANSWERS.may_replace(file)?;
     }
     let program = args.program.as_deref().map(program::file).transpose()?;
+    let _busy = Bar::spinner(Style::of(false), "preparing and evaluating the images");
     let What { set, name, tolerance, train, trained, copies } = what(&args)?;
     let loaded = program.as_deref().map(Individual::load_with_text).transpose()?;
     if let Some(program) = args.program.as_deref().filter(|_| args.data.is_some()) {
@@ -229,7 +232,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     if let Some(file) = &args.answers {
         let csv = csv(&set, &answers)?;
         if to_stdout {
-            return output::print(&csv);
+            return output::print_data(&csv);
         }
         ANSWERS.write(file, &csv)?;
     }
@@ -331,7 +334,7 @@ fn text(report: &Report) -> String {
         out,
         "{} on {}: {} ({} of {} cases) within {}\n\
          {}constants chosen on these very images: per column {}; one for all columns {}\n",
-        report.program.display(),
+        report.program.shown(),
         report.images_of,
         percent(report.counts.fitness),
         report.counts.correct,
@@ -369,7 +372,8 @@ fn lasting(transience: &Transience) -> String {
     format!(
         "Errors that are gone in the next labelled frame: {single}{undecided}; the longest lasts {frames}: column {} from \
          {} on\n{median}",
-        longest.column, longest.image
+        longest.column,
+        printable::line(&longest.image)
     )
 }
 

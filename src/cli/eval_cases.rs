@@ -13,6 +13,7 @@ use super::memory::MemoryArgs;
 use super::settings::SettingsFile;
 use super::source::Source;
 use super::tuning::Copies;
+use vsonar::support::printable::ShownPath as _;
 
 /// A part of the data of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -122,7 +123,7 @@ pub(super) fn what(args: &Args) -> Result<What, CliError> {
 
 /// What people call a part of a run's images.
 fn images_of(part: RunPart, run: &Path) -> String {
-    format!("the {} images of {}", part.name(), run.display())
+    format!("the {} images of {}", part.name(), run.shown())
 }
 
 /// Nothing says which images.
@@ -130,11 +131,11 @@ pub(super) fn no_data(program: Option<&Path>) -> CliError {
     match program {
         Some(program) if !program.exists() => CliError::Failed(format!(
             "{}: there is neither a program nor a run folder; check the path",
-            program.display()
+            program.shown()
         )),
         Some(program) => CliError::Usage(format!(
             "{} is no run folder, so `--data` has to say which images",
-            program.display()
+            program.shown()
         )),
         None => CliError::Usage("without a run folder `--data` has to say which images".to_string()),
     }
@@ -186,6 +187,6 @@ fn part_of_run(
         RunPart::Holdout => cases.holdout,
     };
     set.map(|set| (part, set)).ok_or_else(|| {
-        CliError::Usage(format!("--part: the run {} has no such part of its data", run.display()))
+        CliError::Usage(format!("--part: the run {} has no such part of its data", run.shown()))
     })
 }

@@ -1,9 +1,8 @@
 //! `vsonar evolve`: a run from the flags to the summary.
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use vsonar::dataset::Dataset;
@@ -14,12 +13,14 @@ use super::data_args::DataArgs;
 use super::evolve_watch::WatchArgs;
 use super::executor::Choice;
 use super::memory::MemoryArgs;
-use super::output::{self, count, grouped, shell_word};
+use super::output::{self, count, grouped, printable, shell_word};
+use super::progress::{Bar, Style};
 use super::settings::SettingsArgs;
 use super::source::Source;
 use super::summary::Report;
-use super::view::{Style, View};
-use super::{CliError, evolve_runs, interrupt, large, notices};
+use super::terminal::{Look, has_unicode};
+use super::view::View;
+use super::{CliError, curve, evolve_runs, interrupt, large, notices};
 
 /// The folder that run folders are made in.
 pub(crate) const RUNS: &str = "runs";
@@ -130,7 +131,7 @@ pub(crate) struct Plan {
 
 /// Where a run starts from.
 enum Beginning<'a> {
-    Fresh(Plan),
+    Fresh(Box<Plan>),
     /// The folder of a run that is not complete.
     Resumed(&'a Path),
 }
@@ -176,23 +177,28 @@ impl Args {
     }
 }
 
+/// The step between reading the images and the first program.
+const PREPARING: &str = "preparing the images";
+
 /// Evolves.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     if args.runs.is_some() || args.folds.is_some() {
         return evolve_runs::run(&args, args.runs.unwrap_or(1));
     }
-    let style = Style::of(args.quiet, args.json);
+    let style = Style::of(args.quiet);
     // Settings may come through a pipe, which Ctrl-C has to end.
     let beginning = match &args.resume {
         Some(folder) => Beginning::Resumed(folder),
-        None => Beginning::Fresh(args.plan()?),
+        None => Beginning::Fresh(Box::new(args.plan()?)),
     };
     let stop = interrupt::stop_flag()?;
     let server = args.watch.bind()?;
+    let busy = Bar::spinner(style, "reading the settings");
     let mut prepared = match beginning {
-        Beginning::Resumed(folder) => resume(&args, folder)?,
-        Beginning::Fresh(plan) => fresh(&args, plan)?,
+        Beginning::Resumed(folder) => resume(&args, folder, &busy)?,
+        Beginning::Fresh(plan) => fresh(&args, *plan, &busy)?,
     };
+    drop(busy);
     notices::print();
     announce(&prepared, &args, style)?;
     let page = args.watch.start(server, 1, prepared.evolution.settings().generations)?;
@@ -218,20 +224,24 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         if args.json {
             output::print_json(&report)?;
         } else if complete {
-            output::print(&report.to_string())?;
+            let screen = Look::stdout().width.filter(|_| !args.quiet);
+            let records = prepared.evolution.state().map_or(&[][..], |state| &state.records);
+            let curve = screen.map_or(String::new(), |width| curve::plot(records, width, has_unicode()));
+            output::print(&format!("{curve}{report}"))?;
         }
     }
     if complete { Ok(()) } else { Err(interrupted(&prepared)) }
 }
 
 /// A new run. What can be wrong is found before the run folder is made.
-fn fresh(args: &Args, Plan { source, settings, named }: Plan) -> Result<Prepared, CliError> {
+fn fresh(args: &Args, Plan { source, settings, named }: Plan, busy: &Bar) -> Result<Prepared, CliError> {
     let executor = args.executor.make()?;
     if let Some(out) = &args.out
         && out.symlink_metadata().is_ok()
     {
         return Err(vsonar::evolve::FolderError::Exists(out.clone()).into());
     }
+    busy.message(&format!("images: {}", source.describe()));
     let cases = source.load(args.memory.limit())?;
     cases.check_apart()?;
     let room = args.memory.check_needs(cases.needs(&settings.variation(), 1))?;
@@ -244,6 +254,7 @@ fn fresh(args: &Args, Plan { source, settings, named }: Plan) -> Result<Prepared
         Some(out) => RunFolder::create(out, &settings, &table)?,
         None => RunFolder::create_numbered(Path::new(RUNS), &source.name(), &settings, &table)?,
     };
+    busy.message(PREPARING);
     let (path, made) = (folder.path().to_path_buf(), folder.made());
     match Evolution::in_folder(folder, &cases.train, settings, executor, threads) {
         Ok(mut evolution) => {
@@ -260,17 +271,19 @@ fn fresh(args: &Args, Plan { source, settings, named }: Plan) -> Result<Prepared
 }
 
 /// A run that goes on.
-fn resume(args: &Args, path: &Path) -> Result<Prepared, CliError> {
+fn resume(args: &Args, path: &Path, busy: &Bar) -> Result<Prepared, CliError> {
     let (folder, mut settings) = RunFolder::open(path)?;
     if let Some(generations) = args.settings.generations {
         settings = more(settings, generations)?;
     }
     let source = Source::from_table(folder.data(), &path.join("settings.toml"))?;
     let executor = args.executor.make()?;
+    busy.message(&format!("images: {}", source.describe()));
     let cases = source.load(args.memory.limit())?;
     cases.check(folder.data(), path)?;
     let room = args.memory.check_needs(cases.needs(&settings.variation(), 1))?;
     let threads = usize::from(args.threads.unwrap_or(0));
+    busy.message(PREPARING);
     let mut evolution = Evolution::in_folder(folder, &cases.train, settings, executor, threads)?;
     args.keep_strips(&evolution, room);
     cases.validation.iter().try_for_each(|set| evolution.validate_on(&args.shared(set, room)))?;
@@ -302,7 +315,7 @@ fn announce(run: &Prepared, args: &Args, style: Style) -> Result<(), CliError> {
         0 => String::new(),
         copies => format!(", and {} altered copies of them", grouped(copies)),
     };
-    let named = run.named.as_ref().map_or(String::new(), |file| format!(", as {} says", file.display()));
+    let named = run.named.as_ref().map_or(String::new(), |file| format!(", as {} says", printable(file)));
     let left_out = match run.cases.left_out as u64 {
         0 => String::new(),
         images => format!("; {} beside a cut in no part", count(images, "image")),
@@ -317,7 +330,7 @@ fn announce(run: &Prepared, args: &Args, style: Style) -> Result<(), CliError> {
         grouped(settings.population.into()),
         count(settings.generations.into(), "generation"),
         settings.seed,
-        run.folder.display()
+        printable(&run.folder)
     ))
 }
 
@@ -330,22 +343,11 @@ fn watch(
     told: impl Fn(),
 ) -> Result<StopReason, CliError> {
     let mut view = View::start(style, evolution, evolution.settings().generations, train);
-    let mut unseen: Option<io::Error> = None;
-    let reason = evolution.run(stop, |record| {
+    Ok(evolution.run(stop, |record| {
         told();
-        match view.generation(record) {
-            Ok(()) => view.warn(),
-            Err(error) => {
-                unseen = Some(error);
-                stop.store(true, Ordering::Relaxed);
-            }
-        }
-    });
-    drop(view);
-    match (reason, unseen) {
-        (Ok(_), Some(error)) => Err(CliError::output(&error)),
-        (reason, _) => Ok(reason?),
-    }
+        view.generation(record);
+        view.warn();
+    })?)
 }
 
 fn interrupted(run: &Prepared) -> CliError {
@@ -355,7 +357,7 @@ fn interrupted(run: &Prepared) -> CliError {
         _ => format!("with {} of {} generations saved", done, run.evolution.settings().generations),
     };
     CliError::Interrupted(format!(
-        "interrupted {saved}; go on with: vsonar evolve --resume {}",
+        "interrupted {saved}; go on with:\n  vsonar evolve --resume {}",
         shell_word(&run.folder)
     ))
 }

@@ -10,6 +10,7 @@ use std::time::Instant;
 use vsonar::dataset::{self, Constants, Dataset, Variation};
 use vsonar::evolve::{CaseBits, Evolution, FolderError, RunFolder, Settings, SharedSet, StopReason};
 use vsonar::report::page;
+use vsonar::support::printable::ShownPath as _;
 
 use super::cases::Cases;
 use super::evolve::{Args, Plan, RUNS};
@@ -17,10 +18,10 @@ use super::evolve_watch::Page;
 use super::jobs::{self, Cores};
 use super::output::{self, count, grouped, shell_word};
 use super::part::Part;
+use super::progress::{Bar, Style};
 use super::runs_report::{One, Report, Scored};
 use super::source::Source;
 use super::sweep::Meter;
-use super::view::Style;
 use super::{CliError, interrupt, large};
 
 /// A way to part the data: one of the folds, or the only one. Its cases are loaded when it is its turn, so that the
@@ -57,17 +58,20 @@ pub(crate) fn run(args: &Args, runs: u16) -> Result<(), CliError> {
     if let Some(out) = args.out.as_deref().filter(|out| out.join("settings.toml").exists()) {
         return Err(CliError::Failed(format!(
             "{}: this is the folder of one run; choose another name for several (`--out`)",
-            out.display()
+            out.shown()
         )));
     }
     let cores = Cores::new(args.jobs, args.threads, |_| 1);
     let server = args.watch.bind()?;
+    let style = Style::of(args.quiet);
+    let busy = Bar::spinner(style, &format!("images: {}", source.describe()));
     let folds = folds(args, &source, &all, cores)?;
+    drop(busy);
     let stop = interrupt::stop_flag()?;
-    let style = Style::of(args.quiet, args.json);
     let total = all.len() * folds.len();
     if style != Style::Silent && !args.json {
-        let named = named.as_ref().map_or(String::new(), |file| format!(", as {} says", file.display()));
+        let named =
+            named.as_ref().map_or(String::new(), |file| format!(", as {} says", output::printable(file)));
         let folds = args
             .folds
             .map_or(String::new(), |k| format!(", each without one of {k} parts that it is tested on"));
@@ -90,7 +94,8 @@ pub(crate) fn run(args: &Args, runs: u16) -> Result<(), CliError> {
         let all_done = on_fold(args, fold, &all, cores, &stop, &told, |one| {
             let line = one.to_string();
             done.push(one);
-            meter.end(&line)
+            meter.end(&line);
+            Ok(())
         });
         all_done.inspect_err(|error| told.page.broken(error))?;
     }
@@ -204,13 +209,8 @@ fn on_fold(
             generation: summary.generation,
             seconds: start.elapsed().as_secs_f64(),
             warning: evolution.warning(),
-            next: super::summary::next(
-                source,
-                cases,
-                settings,
-                settings.generations,
-                evolution.folder().map_or(Path::new(""), RunFolder::path),
-            ),
+            next: super::summary::next(evolution.folder().map_or(Path::new(""), RunFolder::path)),
+            caution: super::untested::caution(source, cases),
         }))
     };
     jobs::each(all, cores, stop, work, |_, one: One| done(one))
@@ -232,7 +232,7 @@ fn goes_on(path: &Path, settings: &Settings, cases: &Cases) -> Result<RunFolder,
     if made.generations > settings.generations {
         return Err(CliError::Usage(format!(
             "--generations: {} is a run of {} generations; ask for as many or more",
-            path.display(),
+            path.shown(),
             made.generations
         )));
     }

@@ -53,7 +53,7 @@ impl WatchArgs {
         let address = server.address();
         let served = watch::serve(board.clone(), server)?;
         // Standard output has something else to say; and without the address the page is of no use, even with `--quiet`.
-        eprintln!("watch: {address}");
+        output::say(&format!("watch: {address}"));
         if self.open {
             serve::open(&address);
         }

@@ -5,11 +5,12 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::{CliError, output};
+use vsonar::support::printable::ShownPath as _;
 
 /// What stands at a path that is to be written; `None` for nothing.
 pub(super) fn replaceable(path: &Path, force: bool) -> Result<Option<Vec<u8>>, CliError> {
     let refused =
-        |text: &str| Err(CliError::Failed(format!("{}: {text}, or choose another `--out`", path.display())));
+        |text: &str| Err(CliError::Failed(format!("{}: {text}, or choose another `--out`", path.shown())));
     if path.symlink_metadata().is_err() {
         return Ok(None);
     }
@@ -58,7 +59,7 @@ pub(super) fn hold(folder: &Path) -> Result<Option<File>, CliError> {
             Ok(()) | Err(TryLockError::WouldBlock) => {
                 let text = format!(
                     "{}: another command writes into this folder; wait until it has ended",
-                    folder.display()
+                    folder.shown()
                 );
                 return Err(CliError::Failed(text));
             }

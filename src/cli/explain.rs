@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use vsonar::dataset::Dataset;
 use vsonar::explain::{self, Explanation, Trace, text};
+use vsonar::support::printable::{ShownPath as _, line};
 use vsonar::tree::Individual;
 use vsonar::world::office::World;
 
@@ -14,7 +15,9 @@ use super::gray_note::note_gray;
 use super::memory::{MemoryArgs, Need};
 use super::output::Own;
 use super::program::{self, SIZE, size};
+use super::progress::{Bar, Style};
 use super::source::Source;
+use super::terminal::Look;
 use super::{CliError, eval, output};
 
 const EXAMPLES: &str = "\
@@ -107,6 +110,7 @@ pub(crate) fn run(mut args: Args) -> Result<(), CliError> {
     let path = program::file(&args.program)?;
     let (individual, comment) = load(&path)?;
     check_targets(&args, &path)?;
+    let _busy = Bar::spinner(Style::of(false), "explaining the program");
     let data = data(&args)?;
     if data.is_none() {
         args.size = args.size.or_else(|| program::evolved_on(&comment));
@@ -133,7 +137,8 @@ pub(crate) fn run(mut args: Args) -> Result<(), CliError> {
             let trace = trace.as_ref();
             return output::print_json(&Json { program: &name, explanation: &explanation, trace });
         }
-        let mut out = text::text(&explanation, &name);
+        let width = Look::stdout().width.map_or(text::WIDTH, |width| text::WIDTH.min(width - 2));
+        let mut out = text::text_within(&explanation, &name, width);
         if let Some(trace) = trace {
             out += &format!("\nTrace of {}", trace.text(args.full));
         }
@@ -165,9 +170,10 @@ fn case(args: &Args, set: Option<&Dataset>) -> Result<Option<usize>, CliError> {
     let found = found.or_else(|| with_column.and_then(|(name, x)| Some((find(name)?, x))));
     let Some((image, x)) = found else {
         let text = format!(
-            "--trace: {} has no image {asked}; give a name, such as {}, or a number from 1 to {}, and a column, as in 1,160",
-            set.name(),
-            set.images()[0].name,
+            "--trace: {} has no image {}; give a name, such as {}, or a number from 1 to {}, and a column, as in 1,160",
+            line(set.name()),
+            line(asked),
+            line(&set.images()[0].name),
             set.images().len()
         );
         return Err(CliError::Failed(text));
@@ -177,7 +183,7 @@ fn case(args: &Args, set: Option<&Dataset>) -> Result<Option<usize>, CliError> {
     case.map(Some).ok_or_else(|| {
         let columns = set.cases().iter().filter(|case| case.image == image).map(|case| case.x.to_string());
         let columns: Vec<String> = columns.collect();
-        let name = &set.images()[image].name;
+        let name = line(&set.images()[image].name);
         CliError::Failed(format!("--trace: the labelled columns of {name} are {}", columns.join(", ")))
     })
 }
@@ -248,7 +254,7 @@ fn check_targets(args: &Args, program: &Path) -> Result<(), CliError> {
         if known.contains(&target) {
             return Err(CliError::Usage(format!(
                 "{}: named twice, or the program itself; give each file a name of its own",
-                target.display()
+                target.shown()
             )));
         }
         kind.may_replace(target)?;
@@ -260,7 +266,7 @@ fn check_targets(args: &Args, program: &Path) -> Result<(), CliError> {
 /// The program, which has to be as it was evolved: the compiler's form no longer has trees.
 fn load(path: &Path) -> Result<(Individual, String), CliError> {
     if path.extension().is_some_and(|e| e == "vir") {
-        let text = format!("{}: explain the program as it was evolved, a .gp file", path.display());
+        let text = format!("{}: explain the program as it was evolved, a .gp file", path.shown());
         return Err(CliError::Failed(text));
     }
     Ok(Individual::load_with_text(path)?)
@@ -276,7 +282,7 @@ fn data(args: &Args) -> Result<Option<(Dataset, f64)>, CliError> {
         None => cases_of(&args.program, args.data.as_deref(), args.pattern.as_ref(), args.part, args.memory)?,
     };
     if found.is_none() && args.part.is_some() {
-        let text = format!("--part: {} is no run folder; give one, or `--data`", args.program.display());
+        let text = format!("--part: {} is no run folder; give one, or `--data`", args.program.shown());
         return Err(CliError::Usage(text));
     }
     Ok(found.map(|(set, tolerance)| (set, args.tolerance.unwrap_or(tolerance))))

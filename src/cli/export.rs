@@ -14,6 +14,7 @@ use vsonar::ir::{opt, text};
 use super::executor::with_stack;
 use super::program::{self, Loaded, size};
 use super::{CliError, interrupt, output};
+use vsonar::support::printable::ShownPath as _;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -159,7 +160,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let stop = interrupt::stop_flag()?;
     output::write_files(&args.out, &files, args.force)?;
     if stop.load(Ordering::Relaxed) {
-        return Err(CliError::Interrupted(format!("{}: all is written", args.out.display())));
+        return Err(CliError::Interrupted(format!("{}: all is written", args.out.shown())));
     }
     if args.quiet {
         return Ok(());
@@ -220,14 +221,14 @@ fn request(args: &Args) -> Result<Request, CliError> {
         CliError::Usage(format!(
             "--size: {} {other}; give it such images, or, if it is to look at others all the same, remove that comment \
              from the file",
-            file.display()
+            file.shown()
         ))
     })?;
     let camera = args.camera.as_deref().map(Camera::load).transpose()?;
     if let (Some(camera), Some(path)) = (&camera, &args.camera) {
         camera
             .check(size.0, size.1)
-            .map_err(|error| CliError::Failed(format!("{}: {error}", path.display())))?;
+            .map_err(|error| CliError::Failed(format!("{}: {error}", path.shown())))?;
     }
     let program = opt::optimise(&loaded.lowered(size));
     Ok(Request { symbol, program, provenance, camera, median: args.median > 1 })
@@ -287,7 +288,7 @@ fn table(summary: &Summary, kinds: &[Kind], request: &Request, target: &Target) 
     out.push('\n');
     for file in &summary.files {
         let path = summary.folder.join(&file.name);
-        let _ = writeln!(out, "  {:>9}  {}", output::grouped(file.bytes as u64), path.display());
+        let _ = writeln!(out, "  {:>9}  {}", output::grouped(file.bytes as u64), path.shown());
     }
     let folder = output::shell_word(&summary.folder);
     // What links for another machine has another name.

@@ -60,7 +60,7 @@ enum Native {
 /// Prints the program at the stage asked for.
 pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let text = with_stack(|| listing(&args))??;
-    output::print(&text)
+    output::print_listing(&text)
 }
 
 fn listing(args: &Args) -> Result<String, CliError> {

@@ -90,7 +90,7 @@ pub(crate) fn each_watched<I: Sync, T: Send>(
             if let Err(error) = spawned {
                 stop.store(true, Ordering::Relaxed);
                 first.get_or_insert(CliError::Failed(format!(
-                    "cannot start a thread: {error}; ask for fewer `--jobs`"
+                    "cannot start a thread: {error}; ask for fewer `--threads`"
                 )));
             }
         }

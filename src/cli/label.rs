@@ -11,6 +11,7 @@ use vsonar::dataset::scale::useful_size;
 use vsonar::detector::ProgramDetector;
 use vsonar::ir::opt;
 use vsonar::label::{self, Columns, LeftOut, Progress, Session, SessionError};
+use vsonar::support::printable::line;
 use vsonar::web::Server;
 
 use super::executor::with_stack;
@@ -152,15 +153,13 @@ fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliErro
             left_out: session.left_out(),
             in_subfolders: session.in_subfolders(),
         };
-        return output::print(&format!("{}\n", serde_json::to_string(&ready)?));
+        return output::print_json_line(&ready);
     }
     for LeftOut { name, why } in session.left_out() {
-        let shown: String =
-            format!("{name}: {why}").chars().map(|c| if c.is_control() { '?' } else { c }).collect();
-        eprintln!("note: left out: {shown}");
+        output::say(&format!("note: left out: {}", line(&format!("{name}: {why}"))));
     }
     for note in session.notes() {
-        eprintln!("note: {note}");
+        output::say(&format!("note: {note}"));
     }
     output::print(&format!(
         "{}: {} of {width} x {height} pixels, {}; {} of {} made\nOpen {address}\n\

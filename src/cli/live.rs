@@ -1,16 +1,15 @@
-//! The live view of a run on a terminal: a bar with the counters of the running generation, below it how alive the
-//! last one was, and above it what is said for good.
+//! The live view of a run on a terminal: a bar with the counters of the running generation, and below it how alive the
+//! last one was.
 
-use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vsonar::evolve::Progress;
 
 use super::output::{duration, grouped};
+use super::progress::{Bar, Style};
 
 /// How often the live lines are drawn again.
 const TICK: Duration = Duration::from_millis(150);
@@ -38,8 +37,6 @@ struct State {
 
 struct Shared {
     state: Mutex<State>,
-    /// Lines to be printed above the live ones, to stay.
-    lines: Mutex<Vec<String>>,
     done: AtomicBool,
 }
 
@@ -50,10 +47,6 @@ impl Shared {
 
     fn get(&self) -> State {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    fn said(&self) -> Vec<String> {
-        std::mem::take(&mut self.lines.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -67,7 +60,7 @@ impl Live {
     /// Starts to draw a run of `total` generations, of which the last one is known if it goes on.
     pub(crate) fn start(progress: Arc<Progress>, total: u32, last: Option<Last>) -> Live {
         let state = Mutex::new(State { last, left: None, at: Instant::now() });
-        let shared = Arc::new(Shared { state, lines: Mutex::default(), done: AtomicBool::new(false) });
+        let shared = Arc::new(Shared { state, done: AtomicBool::new(false) });
         let watched = shared.clone();
         // Without a thread there are no live lines, and the run goes on without it.
         let thread = std::thread::Builder::new().spawn(move || draw(&watched, &progress, total)).ok();
@@ -77,11 +70,6 @@ impl Live {
     /// Shows a complete generation from now on, and the seconds that are left.
     pub(crate) fn show(&self, last: Last, left: Option<f64>) {
         self.shared.set(State { last: Some(last), left, at: Instant::now() });
-    }
-
-    /// Prints a line above the live ones, where it stays.
-    pub(crate) fn say(&self, line: String) {
-        self.shared.lines.lock().unwrap_or_else(PoisonError::into_inner).push(line);
     }
 }
 
@@ -97,22 +85,9 @@ impl Drop for Live {
 }
 
 fn draw(shared: &Shared, progress: &Progress, total: u32) {
-    let screen = MultiProgress::with_draw_target(ProgressDrawTarget::stderr_with_hz(10));
-    let bar = screen.add(ProgressBar::new(u64::from(total.max(1)) * STEPS));
-    let below = [(); 2].map(|()| screen.add(ProgressBar::new_spinner()));
-    if let Ok(style) = ProgressStyle::with_template("{wide_msg}") {
-        below.iter().for_each(|line| line.set_style(style.clone()));
-    }
-    let say = || {
-        let lines = shared.said();
-        if !lines.is_empty() {
-            // They are for whoever is there to see them.
-            screen.suspend(|| lines.iter().try_for_each(|line| writeln!(io::stderr(), "{line}")).ok());
-        }
-    };
-    if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {msg}") {
-        bar.set_style(style.progress_chars("━╸─"));
-    }
+    let steps = u64::from(total.max(1)) * STEPS;
+    let bar = Bar::new(Style::Live, steps);
+    let below = [(); 2].map(|()| Bar::text(Style::Live));
     let mut samples = std::collections::VecDeque::from([(Instant::now(), progress.evaluations())]);
     while !shared.done.load(Ordering::Relaxed) {
         let (now, evaluations) = (Instant::now(), progress.evaluations());
@@ -125,27 +100,22 @@ fn draw(shared: &Shared, progress: &Progress, total: u32) {
         let generation = progress.generation();
         let share = progress.filled() as f64 / progress.slots().max(1) as f64;
         let position = f64::from(generation) + share.clamp(0.0, 1.0);
-        bar.set_position((position * STEPS as f64) as u64);
-        bar.set_prefix(format!("generation {generation}/{}", total.saturating_sub(1)));
+        bar.at((position * STEPS as f64) as u64, steps);
+        bar.name(&format!("generation {generation}/{}", total.saturating_sub(1)));
         let state = shared.get();
-        bar.set_message(message(&state, rate, now));
+        bar.message(&message(&state, rate, now));
         if let Some(last) = state.last {
-            below.iter().zip(last.signs).for_each(|(line, signs)| line.set_message(signs));
+            below.iter().zip(&last.signs).for_each(|(line, signs)| line.message(signs));
         }
-        say();
         std::thread::park_timeout(TICK);
     }
-    say();
-    bar.finish_and_clear();
-    below.iter().for_each(ProgressBar::finish_and_clear);
 }
 
 fn message(state: &State, rate: f64, now: Instant) -> String {
-    let mut parts: Vec<String> = state.last.iter().map(|last| last.fitness.clone()).collect();
+    // What matters most comes first: the end is cut on a narrow terminal.
+    let left = state.left.map(|left| left - now.duration_since(state.at).as_secs_f64());
+    let mut parts: Vec<String> = left.iter().map(|&left| format!("{} left", duration(left))).collect();
+    parts.extend(state.last.iter().map(|last| last.fitness.clone()));
     parts.push(format!("{} programs/s", grouped(rate as u64)));
-    if let Some(left) = state.left {
-        let left = left - now.duration_since(state.at).as_secs_f64();
-        parts.push(format!("{} left", duration(left)));
-    }
     parts.join(", ")
 }

@@ -11,6 +11,7 @@ mod bench_view;
 mod calibrate;
 mod cases;
 mod completions;
+mod curve;
 mod data;
 mod data_args;
 mod data_import;
@@ -48,6 +49,7 @@ mod notices;
 mod output;
 mod part;
 mod program;
+mod progress;
 mod recording;
 mod report;
 mod report_data;
@@ -72,12 +74,16 @@ mod summary;
 mod sweep;
 mod synth;
 mod table;
+mod terminal;
 mod tuning;
+mod untested;
 mod view;
+mod wrap;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 pub(crate) use error::CliError;
@@ -128,11 +134,19 @@ enum Command {
     Completions(completions::Args),
 }
 
+/// The help for a command that was given nothing.
+const SHORT_HELP: ErrorKind = ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+
 /// Runs the command that was typed.
 pub(crate) fn main() -> ExitCode {
     interrupt::limits_are_errors();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
+        // Help and version are clap's own words; a complaint may repeat what came from outside.
+        Err(error) if error.use_stderr() && error.kind() != SHORT_HELP => {
+            terminal::say(&error.render().to_string());
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
         Err(error) => {
             let printed = error.print().and_then(|()| io::stdout().flush());
             return match printed {

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use vsonar::support::temporary::{self, TemporaryFolder};
 
 use super::CliError;
+use vsonar::support::printable::ShownPath as _;
 
 /// A folder that appears complete or not at all: it is filled under another name beside its place.
 #[derive(Debug)]
@@ -19,11 +20,11 @@ impl NewFolder {
     /// Plans a folder; nothing is written yet.
     pub(crate) fn check(path: &Path) -> Result<NewFolder, CliError> {
         if path.file_name().is_none() {
-            return Err(CliError::Failed(format!("{}: does not name a new folder", path.display())));
+            return Err(CliError::Failed(format!("{}: does not name a new folder", path.shown())));
         }
         if path.symlink_metadata().is_ok() {
             let text =
-                format!("{}: exists already and is never overwritten; choose another name", path.display());
+                format!("{}: exists already and is never overwritten; choose another name", path.shown());
             return Err(CliError::Failed(text));
         }
         Ok(NewFolder { path: path.into(), part: None })

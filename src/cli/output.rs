@@ -1,24 +1,15 @@
-//! Writing to standard output, and files that are wholly there or not at all.
+//! Files that are wholly there or not at all, and words and numbers for people.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use vsonar::support::durable;
+use vsonar::support::printable::{ShownPath as _, is_hidden};
 use vsonar::support::temporary::{self, Access, TemporaryFile};
 
+pub(crate) use super::terminal::{print, print_data, print_json, print_json_line, print_listing, say};
 use super::{CliError, exclusive};
-
-/// Writes text to standard output.
-pub(crate) fn print(text: &str) -> Result<(), CliError> {
-    let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| CliError::output(&e))
-}
-
-/// Writes a value to standard output as JSON.
-pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<(), CliError> {
-    print(&format!("{}\n", serde_json::to_string_pretty(value)?))
-}
 
 /// Puts a file in its place as a whole: it is written under a temporary name in the same folder, brought to the
 /// disk and renamed. A device or a pipe is written to as it is.
@@ -68,8 +59,7 @@ impl Own {
         if start.starts_with(self.begins) && start.contains(self.holds) {
             return Ok(());
         }
-        let text =
-            format!("{}: exists already, and is no {}; choose another name", path.display(), self.what);
+        let text = format!("{}: exists already, and is no {}; choose another name", path.shown(), self.what);
         Err(CliError::Failed(text))
     }
 
@@ -98,7 +88,7 @@ fn written(path: &Path, bytes: &[u8]) -> io::Result<TemporaryFile> {
 /// process at a time fills it. Without `force` none of them may be there already.
 pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> Result<(), CliError> {
     if folder.exists() && !folder.is_dir() {
-        let text = format!("{}: is no folder; choose another `--out`", folder.display());
+        let text = format!("{}: is no folder; choose another `--out`", folder.shown());
         return Err(CliError::Failed(text));
     }
     let made: Vec<&Path> =
@@ -151,7 +141,20 @@ pub(crate) fn shell_flag(flag: &str, value: &str) -> String {
 fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "/._-+,:@%=".contains(c);
     let safe = !text.is_empty() && !text.starts_with('=') && text.chars().all(plain);
+    if text.contains(is_hidden) {
+        return format!("$'{}'", text.chars().map(ansi_c).collect::<String>());
+    }
     if safe { text.to_string() } else { format!("'{}'", text.replace('\'', "'\\''")) }
+}
+
+/// A character between the quotes `$'` and `'` of bash, zsh and ksh.
+fn ansi_c(c: char) -> String {
+    match c {
+        '\\' | '\'' => format!("\\{c}"),
+        c if c.is_ascii() && is_hidden(c) => format!("\\x{:02x}", u32::from(c)),
+        c if is_hidden(c) => format!("\\u{:04x}", u32::from(c)),
+        c => c.to_string(),
+    }
 }
 
 /// The path as it is shortest to type: from the current folder on, if it is in it.
@@ -161,9 +164,9 @@ pub(crate) fn from_here(path: &Path) -> PathBuf {
     below.filter(|below| !below.as_os_str().is_empty()).unwrap_or_else(|| path.to_path_buf())
 }
 
-/// The path for a terminal: without what it would take for commands.
+/// The path for people, on one line.
 pub(crate) fn printable(path: &Path) -> String {
-    path.display().to_string().chars().map(|c| if c.is_control() { '?' } else { c }).collect()
+    path.shown()
 }
 
 /// A share as a percentage with one decimal.
@@ -227,6 +230,7 @@ mod tests {
         assert_eq!(word("runs/a-1.gp"), "runs/a-1.gp");
         assert_eq!(word("my runs/it's"), r"'my runs/it'\''s'");
         assert_eq!([word("-x"), word("- x"), word("")], ["./-x", "'./- x'", "''"]);
+        assert_eq!(word("a\nb'\u{1b}\u{202e}"), r"$'a\x0ab\'\x1b\u202e'");
         let flag = |value| shell_flag("--match", value);
         assert_eq!(flag("run_[AB]*"), "--match 'run_[AB]*'");
         assert_eq!([flag("-a"), flag("-*"), flag("=a")], ["--match=-a", "--match='-*'", "--match '=a'"]);

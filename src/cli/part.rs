@@ -1,19 +1,10 @@
 //! How a program does on a part of the data, beside what a detector that never looks would reach.
 
-use std::cmp::Reverse;
-
 use serde::Serialize;
 use vsonar::dataset::{Constants, Dataset};
 use vsonar::evolve::CaseBits;
 use vsonar::report::page;
 use vsonar::statistics::{Cluster, interval};
-
-/// What is least for the best of several runs: that which is best by `chosen` (validation, or training where there is
-/// none), of equal ones in training, then the smallest, then the one with the first seed. The fitnesses are shares.
-pub(crate) fn rank(chosen: f64, train: f64, nodes: u64, seed: u64) -> impl Ord {
-    // Of numbers that are not negative the bits are in the same order.
-    (Reverse(chosen.to_bits()), Reverse(train.to_bits()), nodes, seed)
-}
 
 /// Images of a stretch that the bootstrap draws as a whole.
 const STRETCH: usize = 5;

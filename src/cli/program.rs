@@ -10,6 +10,7 @@ use vsonar::support::bounded::Bounded;
 use vsonar::tree::Individual;
 
 use super::CliError;
+use vsonar::support::printable::ShownPath as _;
 
 /// Reads far more than the text of any program. It may come through a pipe.
 const PROGRAM: Bounded = Bounded::to(64 << 20).or_pipes();
@@ -35,7 +36,7 @@ impl Loaded {
         let program = text::parse(&source);
         program
             .map(|program| Loaded::Program(Box::new(program)))
-            .map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))
+            .map_err(|e| CliError::Failed(format!("{}: {e}", path.shown())))
     }
 
     /// The size of images that the program states.
@@ -65,7 +66,7 @@ impl Loaded {
         Err(CliError::Failed(format!(
             "{}: its comment says that it was evolved on images of {width}x{height} pixels, but each side must have {} to \
              {}; correct or remove the comment",
-            path.display(),
+            path.shown(),
             Program::MIN_SIDE,
             Program::MAX_SIDE
         )))
@@ -77,7 +78,7 @@ impl Loaded {
             Some(own) if own != (width, height) => Err(CliError::Failed(format!(
                 "{}: is for images of {}x{} pixels, but these have {width}x{height}; scale them, or give the .gp file that \
                  it was made of",
-                path.display(),
+                path.shown(),
                 own.0,
                 own.1
             ))),
@@ -105,7 +106,7 @@ impl Loaded {
         match (self.size(), size) {
             (Some((width, height)), Some(size)) if size != (width, height) => Err(CliError::Usage(format!(
                 "--size: {} states its own image size, {width}x{height}; change it there",
-                path.display(),
+                path.shown(),
             ))),
             _ => Ok(()),
         }
@@ -120,7 +121,7 @@ pub(crate) fn file(path: &Path) -> Result<PathBuf, CliError> {
         true if best.exists() => Ok(best),
         true => Err(CliError::Failed(format!(
             "{}: this folder has no best.gp, so it is no run folder; give a program, or the folder of one run",
-            path.display()
+            path.shown()
         ))),
     }
 }
@@ -129,10 +130,10 @@ pub(crate) fn file(path: &Path) -> Result<PathBuf, CliError> {
 pub(crate) fn note_size(path: &Path, text: &str, size: (u32, u32)) {
     if let Err(other) = Provenance::of_text(text).check_size(size) {
         let (width, height) = other.evolved;
-        eprintln!(
+        super::output::say(&format!(
             "note: {} {other}; scale them to {width}x{height}, as ffmpeg does by `-vf scale={width}:{height}`",
             super::output::printable(path)
-        );
+        ));
     }
 }
 

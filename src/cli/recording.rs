@@ -7,13 +7,13 @@ use std::thread;
 use std::time::Duration;
 
 use clap::builder::RangedU64ValueParser;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vsonar::dataset::Dataset;
+use vsonar::support::printable::ShownPath as _;
 use vsonar::world::Progress;
 
 use super::new_folder::NewFolder;
 use super::output::{self, count, shell_word};
-use super::view::Style;
+use super::progress::{Bar, Style};
 use super::{CliError, interrupt};
 
 /// How often one looks whether the pictures are rendered, or Ctrl-C was pressed.
@@ -33,23 +33,21 @@ pub(crate) fn write(
     let mut folder = NewFolder::check(dir)?;
     let stop = interrupt::stop_flag()?;
     folder.make()?;
-    let style = Style::of(false, false);
+    let style = Style::of(false);
     let set = rendered(render, style, &stop)?;
-    let bar = bar(style, "writing {pos}/{len} images {wide_bar} {eta}");
-    bar.set_length(set.images().len() as u64);
+    let bar = Bar::counting(style, set.images().len() as u64, "images written");
     for (name, bytes) in set.files() {
         if stop.load(Ordering::Relaxed) {
-            bar.finish_and_clear();
             return Err(interrupted());
         }
         folder.write(&name, &bytes)?;
-        bar.inc(1);
+        bar.advance(1);
     }
-    bar.finish_and_clear();
+    drop(bar);
     folder.finish()?;
     output::print(&format!(
         "{}: {} of {} x {} pixels, {}\nNext: vsonar evolve --data {}\n",
-        dir.display(),
+        dir.shown(),
         count(set.images().len() as u64, "image"),
         set.width(),
         set.height(),
@@ -65,7 +63,8 @@ fn rendered(
     stop: &AtomicBool,
 ) -> Result<Dataset, CliError> {
     let progress = Arc::new(Progress::default());
-    let bar = bar(style, "rendering {wide_bar} {percent} %, {eta} left");
+    let bar = Bar::new(style, 1);
+    bar.name("rendering");
     let thread = {
         let progress = progress.clone();
         thread::Builder::new()
@@ -74,31 +73,17 @@ fn rendered(
     };
     while !thread.is_finished() {
         if stop.load(Ordering::Relaxed) {
-            bar.finish_and_clear();
             return Err(interrupted());
         }
         let (done, total) = progress.steps();
         // Before the first picture the building itself is made, of which nothing is done yet.
-        bar.set_length(total.max(1) as u64);
-        bar.set_position(done as u64);
+        bar.at(done as u64, total.max(1) as u64);
+        bar.message(&format!("{} %, {done} of {total} images", 100 * done / total.max(1)));
         thread::sleep(LOOK);
     }
-    bar.finish_and_clear();
     thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 fn interrupted() -> CliError {
     CliError::Interrupted("interrupted; nothing was written".to_string())
-}
-
-fn bar(style: Style, template: &str) -> ProgressBar {
-    let target = match style {
-        Style::Live => ProgressDrawTarget::stderr_with_hz(10),
-        _ => ProgressDrawTarget::hidden(),
-    };
-    let bar = ProgressBar::with_draw_target(Some(1), target);
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style.progress_chars("━╸─"));
-    }
-    bar
 }

@@ -3,16 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-use indicatif::ProgressBar;
 use vsonar::evolve::{FolderError, Settings};
 use vsonar::report::page::{self, Comparison, PictureRoom, Report, Run};
+use vsonar::support::printable::ShownPath as _;
 
 use super::CliError;
 use super::executor::{Choice, with_stack};
 use super::memory::MemoryArgs;
 use super::output::{self, Own, count, shell_flag, shell_word};
+use super::progress::{Bar, Style};
 use super::report_data::{Data, Wanted};
 use super::settings::SettingsFile;
 use super::source::Source;
@@ -82,25 +82,23 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         (None, runs, false) => runs.first().map(|first| first.join("report.html")),
     };
     out.as_deref().map_or(Ok(()), |out| PAGE.may_replace(out))?;
-    let progress = ProgressBar::new_spinner();
-    // Nothing is drawn where standard error is no terminal.
-    progress.enable_steady_tick(Duration::from_millis(200));
+    let progress = Bar::spinner(Style::of(false), "reading");
     // Programs are read by recursion.
     let report = with_stack(|| report(&args, &folders, &progress));
-    progress.finish_and_clear();
+    drop(progress);
     let report = report??;
     if let Some(out) = &out {
         let html = page::html(&report)?;
         PAGE.write(out, &html)?;
         if !args.json {
             let size = html.len().div_ceil(1024) as u64;
-            output::print(&format!("{}: {} KiB\n", out.display(), output::grouped(size)))?;
+            output::print(&format!("{}: {} KiB\n", out.shown(), output::grouped(size)))?;
         }
     }
     if !args.json {
         for run in &report.runs {
             let folder = output::printable(Path::new(&run.folder));
-            run.missing.iter().for_each(|missing| eprintln!("note: {folder}: {missing}"));
+            run.missing.iter().for_each(|missing| output::say(&format!("note: {folder}: {missing}")));
         }
     }
     if args.json { output::print_json(&report) } else { Ok(()) }
@@ -160,7 +158,7 @@ fn below(path: &Path, levels: u32, found: &mut Vec<PathBuf>) -> Result<(), CliEr
     inside.iter().try_for_each(|path| below(path, levels - 1, found))
 }
 
-fn report(args: &Args, folders: &[PathBuf], progress: &ProgressBar) -> Result<Report, CliError> {
+fn report(args: &Args, folders: &[PathBuf], progress: &Bar) -> Result<Report, CliError> {
     let camera = args.camera.as_deref().map(vsonar::camera::Camera::load).transpose()?;
     let wanted = Wanted {
         data: args.data.as_deref(),
@@ -177,7 +175,7 @@ fn report(args: &Args, folders: &[PathBuf], progress: &ProgressBar) -> Result<Re
     let mut all_settings: Vec<Settings> = Vec::new();
     let mut data = Data::default();
     for folder in folders {
-        progress.set_message(format!("{}: reading", output::printable(folder)));
+        progress.message(&format!("{}: reading", output::printable(folder)));
         let file = SettingsFile::read(&folder.join("settings.toml"))?;
         let settings = file.recorded()?;
         let table = file.data().cloned().unwrap_or_default();

@@ -3,13 +3,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use indicatif::ProgressBar;
 use vsonar::camera::Camera;
 use vsonar::dataset::{Constants, Dataset};
 use vsonar::evolve::{CaseBits, Settings, is_correct};
 use vsonar::exec::{Candidate, Executor};
 use vsonar::explain::{ExplainError, Explanation};
 use vsonar::report::page::{Answers, Command, Compiled, Look, Part, PictureRoom, ProgramText, Run};
+use vsonar::support::printable::ShownPath as _;
 use vsonar::tree::Individual;
 use vsonar::vision::strips::CaseSet;
 use vsonar::world::office::World;
@@ -21,6 +21,7 @@ use super::executor::with_stack;
 use super::memory::MemoryArgs;
 use super::output::{printable, shell_word};
 use super::program::note_interpreted;
+use super::progress::Bar;
 use super::source::Source;
 use super::tuning::Copies;
 use super::{CliError, part, summary};
@@ -40,7 +41,7 @@ pub(super) struct Wanted<'a> {
     pub(super) explained: bool,
     pub(super) executor: Arc<dyn Executor>,
     pub(super) memory: MemoryArgs,
-    pub(super) progress: &'a ProgressBar,
+    pub(super) progress: &'a Bar,
 }
 
 /// The data of the last run, for the next that has the same.
@@ -85,7 +86,7 @@ impl Data {
             None => source,
         };
         if self.last.as_ref().is_none_or(|(last, _)| last != table) {
-            wanted.progress.set_message(format!("{}: its data", printable(folder)));
+            wanted.progress.message(&format!("{}: its data", printable(folder)));
             self.last = None;
             match load(&source, table, folder, wanted) {
                 Ok(cases) => self.last = Some((table.clone(), Loaded { cases, sets: Vec::new() })),
@@ -107,7 +108,7 @@ impl Data {
             return Ok(());
         };
         let generations = run.records.len() as u32;
-        let next = summary::next(&source, &loaded.cases, settings, generations, folder);
+        let next = summary::commands(&source, &loaded.cases, settings, generations, folder);
         run.commands.extend(next.iter().map(|line| as_command(line)));
         if wanted.data.is_none() && wanted.holdout.is_none() {
             let rivals =
@@ -130,7 +131,7 @@ fn load(source: &Source, table: &toml::Table, folder: &Path, wanted: &Wanted) ->
         if (set.width(), set.height()) != (cases.train.width(), cases.train.height()) {
             return Err(CliError::Failed(format!(
                 "{}: the images have {} x {} pixels, those of the run {} x {}; give images of one size",
-                dir.display(),
+                dir.shown(),
                 set.width(),
                 set.height(),
                 cases.train.width(),
@@ -154,7 +155,7 @@ fn evaluate(
     if run.program.is_none() {
         return Ok(());
     }
-    wanted.progress.set_message(format!("{}: evaluating", printable(folder)));
+    wanted.progress.message(&format!("{}: evaluating", printable(folder)));
     let file = folder.join("best.gp");
     let best = Individual::load(&file)?;
     // What is held out is not looked at before the run is complete, unless it was asked for.
@@ -203,7 +204,7 @@ fn evaluate(
         program.compiled = Some(Compiled::of(&best, size));
     }
     if let Some((part, set, _)) = last.as_ref().filter(|_| wanted.explained) {
-        wanted.progress.set_message(format!("{}: explaining", printable(folder)));
+        wanted.progress.message(&format!("{}: explaining", printable(folder)));
         let set = (*set).clone().named(format!("the {} images", part.name()));
         match explain(&best, &set, tolerance)? {
             Ok(explanation) => {
@@ -220,7 +221,7 @@ fn evaluate(
     if let Some(camera) = &camera {
         camera.check(set.width(), set.height())?;
     }
-    wanted.progress.set_message(format!("{}: errors and pictures", printable(folder)));
+    wanted.progress.message(&format!("{}: errors and pictures", printable(folder)));
     let look = Look {
         part,
         tolerance,
@@ -231,7 +232,7 @@ fn evaluate(
     };
     run.answers = Some(Answers::of(set, &answers, &look));
     if wanted.rivals {
-        wanted.progress.set_message(format!("{}: tuning the rivals", printable(folder)));
+        wanted.progress.message(&format!("{}: tuning the rivals", printable(folder)));
         let named = |part: Part, set: &Dataset| Named { name: part.name().to_string(), set: set.clone() };
         let comparison = Comparison {
             program: Some((&file, &best)),

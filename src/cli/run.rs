@@ -14,9 +14,12 @@ use vsonar::frames::record::{Every, Recorder};
 use vsonar::frames::{Frame, MAX_PIXELS, Rate};
 use vsonar::ir::opt;
 use vsonar::report::{MAX_SCALE, fitting_scale};
+use vsonar::support::printable;
+use vsonar::support::printable::ShownPath as _;
 
 use super::executor::with_stack;
 use super::gray_note::note_gray;
+use super::output;
 use super::program::{self, Loaded, size};
 use super::run_columns::{self, Columns};
 use super::run_input::{self, Format, Input};
@@ -139,7 +142,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let columns = args.columns.of(size.0)?;
     if let (Some(camera), Some(path)) = (&camera, &args.camera) {
         let checked = camera.check(size.0, size.1);
-        checked.map_err(|error| CliError::Failed(format!("{}: {error}", path.display())))?;
+        checked.map_err(|error| CliError::Failed(format!("{}: {error}", path.shown())))?;
     }
     let ground = camera.map(|camera| Ground::new(&camera, size.0, size.1));
     let worker = Worker::new(detector, columns, args.median == "3", ground);
@@ -192,11 +195,11 @@ fn work(args: &Args, input: Input, mut worker: Worker, stop: &Arc<AtomicBool>) -
         recorder = Some(Recorder::new(folder, args.every)?);
     }
     if input.limited && !args.quiet {
-        eprintln!(
+        output::say(&format!(
             "note: {} says that its luma goes from 16 to 235 only, and it is taken as it is; `-pix_fmt gray` makes \
              ffmpeg stretch it to the 0 to 255 of images",
-            input.origin
-        );
+            printable::line(&input.origin)
+        ));
     }
     let mut sink = sink(args, &input, clock.rate)?;
     let pace = if args.live { Pace::Newest } else { Pace::Every };
@@ -238,8 +241,7 @@ fn work(args: &Args, input: Input, mut worker: Worker, stop: &Arc<AtomicBool>) -
         return Err(CliError::Interrupted(summary));
     }
     if !summary.is_empty() {
-        // If standard error is closed, nobody wants to know.
-        let _ = std::io::Write::write_all(&mut std::io::stderr(), format!("{summary}\n").as_bytes());
+        output::say(&summary);
     }
     Ok(())
 }

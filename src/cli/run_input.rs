@@ -9,6 +9,7 @@ use vsonar::frames::folder::Folder;
 use vsonar::frames::raw::Raw;
 use vsonar::frames::y4m::{MAGIC, Reader};
 use vsonar::frames::{FrameError, FrameFault, FrameSource};
+use vsonar::support::printable::ShownPath as _;
 
 use super::CliError;
 
@@ -41,7 +42,7 @@ pub(crate) fn open(path: PathBuf, format: Format, size: Option<(u32, u32)>) -> R
     if path == Path::new("-") {
         return stream(io::stdin(), "standard input".to_string(), format, size);
     }
-    let origin = path.display().to_string();
+    let origin = path.shown();
     let failed = |e| CliError::file(&path, "read the frames", &e);
     let folder = std::fs::metadata(&path).map_err(failed)?.is_dir();
     match (folder, format) {

@@ -4,15 +4,16 @@ use std::fmt;
 use std::path::PathBuf;
 
 use serde::Serialize;
-use vsonar::evolve::Warning;
+use vsonar::evolve::{Warning, rank};
 use vsonar::report::page::Score;
 use vsonar::statistics::Quartiles;
 
-use super::output::{self, grouped, percent};
-use super::part;
+use super::output::{self, grouped, percent, printable};
 use super::source::Source;
+use super::summary::steps;
 use super::sweep::between;
 use super::table::Table;
+use super::terminal::Look;
 
 /// How a run did on a part of the data.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -49,6 +50,9 @@ pub(crate) struct One {
     /// Commands to go on with, if this is the best.
     #[serde(skip)]
     pub(crate) next: Vec<String>,
+    /// A word on what the figures are worth.
+    #[serde(skip)]
+    pub(crate) caution: Option<String>,
 }
 
 impl One {
@@ -116,11 +120,11 @@ impl Report {
         };
         let pooled = Pooled::of(&runs);
         // The held-out cases have no say in it. Programs of different folds are trained on different images.
-        let rank = |one: &&One| {
+        let key = |one: &&One| {
             let chosen = one.validation.unwrap_or(one.train).fitness;
-            part::rank(chosen, one.train.fitness, one.nodes as u64, one.seed)
+            rank(chosen, one.train.fitness, one.nodes as u64, one.seed)
         };
-        let best = runs.iter().filter(|_| pooled.is_none()).min_by_key(rank);
+        let best = runs.iter().filter(|_| pooled.is_none()).min_by_key(key);
         let next = match (best, source.folder(), runs.first()) {
             (Some(best), ..) => best.next.clone(),
             (None, Some(folder), Some(one)) => vec![format!(
@@ -160,7 +164,7 @@ impl fmt::Display for Report {
                 cells.push(score.map_or(String::new(), |part| percent(part.fitness)));
                 cells.push(score.map_or(String::new(), |part| percent(part.constant_per_column)));
             }
-            let path = one.run.display().to_string();
+            let path = printable(&one.run);
             cells.extend([grouped(one.nodes as u64), format!("{:.1}", one.seconds), path]);
             table.row(cells);
         }
@@ -189,7 +193,7 @@ impl fmt::Display for Report {
         let collapsed: Vec<&One> = self.runs.iter().filter(|one| one.warning.is_some()).collect();
         if let Some(warning) = collapsed.first().and_then(|one| one.warning.as_ref()) {
             let (some, all) = (collapsed.len(), self.runs.len());
-            let runs: Vec<String> = collapsed.iter().map(|one| one.run.display().to_string()).collect();
+            let runs: Vec<String> = collapsed.iter().map(|one| printable(&one.run)).collect();
             writeln!(
                 f,
                 "Warning: {some} of {all} runs ended collapsed ({}). Of the first: {warning}",
@@ -198,10 +202,11 @@ impl fmt::Display for Report {
         }
         if let Some(best) = &self.best {
             let by = if self.validation.is_some() { "in validation" } else { "on the training cases" };
-            writeln!(f, "The best {by}: {}", best.display())?;
+            writeln!(f, "The best {by}: {}", printable(best))?;
         }
-        writeln!(f, "\nNext:")?;
-        self.next.iter().try_for_each(|command| writeln!(f, "  {command}"))
+        let caution = self.runs.iter().find_map(|one| one.caution.as_ref());
+        caution.iter().try_for_each(|caution| writeln!(f, "\n{caution}"))?;
+        write!(f, "\n{}", steps(&self.next, Look::stdout().width))
     }
 }
 
@@ -228,6 +233,7 @@ mod tests {
             seconds: 1.0,
             warning: None,
             next: vec![format!("vsonar eval runs/{seed}/best.gp")],
+            caution: None,
         }
     }
 

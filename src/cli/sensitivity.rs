@@ -16,9 +16,9 @@ const SEED: u64 = 1;
 
 /// What is said below the table.
 const NOTE: &str = "\
-Same cases: the program on the unmodified images, on those cases that the change leaves (a column may leave the image;
-between columns: both neighbours). Constant: the best answer of each column of the unmodified images, where columns have
-moved that of the nearest. Labels move with the picture. Between two labelled columns they are interpolated, where these
+Same cases: the program on the unmodified images, on those cases that the change leaves (a column may leave the image; \
+between columns: both neighbours). Constant: the best answer of each column of the unmodified images, where columns have \
+moved that of the nearest. Labels move with the picture. Between two labelled columns they are interpolated, where these \
 differ by no more than the tolerance: a guess, and on the easier part of the cases.";
 
 /// A kind of change and how strongly it is tried.

@@ -5,6 +5,7 @@ use std::process::{Command, Stdio};
 use vsonar::web::Server;
 
 use super::CliError;
+use super::output::say;
 
 /// A server on `--port`.
 pub(crate) fn bind(port: u16) -> Result<Server, CliError> {
@@ -21,6 +22,6 @@ pub(crate) fn open(address: &str) {
     let mut command = Command::new(opener);
     command.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     if let Err(error) = command.spawn() {
-        eprintln!("note: --open: cannot start {opener}: {error}; open the address yourself");
+        say(&format!("note: --open: cannot start {opener}: {error}; open the address yourself"));
     }
 }

@@ -8,6 +8,7 @@ use vsonar::support::bounded::Bounded;
 
 use super::CliError;
 use super::output::grouped;
+use vsonar::support::printable::ShownPath as _;
 
 /// Individuals in a generation of a run on the built-in office, unless something else is asked for.
 pub(crate) const SMALL_POPULATION: u32 = 3000;
@@ -199,7 +200,7 @@ impl SettingsFile {
     }
 
     fn name(&self) -> String {
-        self.path.display().to_string()
+        self.path.shown()
     }
 
     fn names_preset(&self) -> bool {

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use vsonar::dataset::TOLERANCE;
 use vsonar::frames::Rate;
 use vsonar::report::{MAX_SCALE, MOST_DETECTORS, Style, Tile, fitting_scale};
+use vsonar::support::printable::ShownPath as _;
 use vsonar::tree::Individual;
 use vsonar::world::office::World;
 
@@ -20,9 +21,10 @@ use super::gray_note::note_gray;
 use super::memory::MemoryArgs;
 use super::new_folder::NewFolder;
 use super::output::{self, count};
+use super::progress::Bar;
 use super::show_drawing::Drawing;
 use super::show_video::Video;
-use super::{CliError, eval, interrupt, program, source_made};
+use super::{CliError, eval, interrupt, program, progress, source_made};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -104,6 +106,7 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
     let loaded = programs.iter().map(Individual::load_with_text).collect::<Result<Vec<_>, _>>()?;
     let mut folder = args.out.as_deref().map(NewFolder::check).transpose()?;
     let video = args.video.as_deref().map(Video::check).transpose()?;
+    let _busy = Bar::spinner(progress::Style::of(false), "drawing the pictures");
     let executor = args.executor.make()?;
     let first = &args.programs[0];
     let run = run_of(first).filter(|_| args.data.is_none());
@@ -141,7 +144,7 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
         let images = count(set.images().len() as u64, "picture");
         said += &format!(
             "{}: {images} of {}, all of them on {}\n",
-            out.display(),
+            out.shown(),
             output::printable(Path::new(set.name())),
             sheets.join(", ")
         );

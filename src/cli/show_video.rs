@@ -15,6 +15,7 @@ use vsonar::support::temporary::{self, TemporaryFolder};
 
 use super::CliError;
 use super::ffmpeg::{self, Running};
+use vsonar::support::printable::ShownPath as _;
 
 /// A video that appears complete or not at all: it is written under another name beside its place.
 #[derive(Debug)]
@@ -43,13 +44,13 @@ impl Video {
             "mkv" | "webm" => Kind::Encoded { movable: false },
             _ => {
                 let text =
-                    format!("--video: {}: end the name with .y4m, .mp4, .mkv, .mov or .webm", path.display());
+                    format!("--video: {}: end the name with .y4m, .mp4, .mkv, .mov or .webm", path.shown());
                 return Err(CliError::Usage(text));
             }
         };
         if path.symlink_metadata().is_ok() {
             let text =
-                format!("{}: exists already and is never overwritten; choose another name", path.display());
+                format!("{}: exists already and is never overwritten; choose another name", path.shown());
             return Err(CliError::Failed(text));
         }
         Ok(Video { path: path.into(), kind })
@@ -88,13 +89,13 @@ impl Video {
                         return Err(interrupted());
                     }
                     (_, Err(said)) => {
-                        let text = format!("{}: ffmpeg cannot write it: {said}", self.path.display());
+                        let text = format!("{}: ffmpeg cannot write it: {said}", self.path.shown());
                         return Err(CliError::Failed(text));
                     }
                     (Ok(()), Ok(counts)) if counts.contradict(sent) => {
                         let text = format!(
                             "{}: {sent} frames were to be written, but ffmpeg counts {counts}; try another version of ffmpeg",
-                            self.path.display()
+                            self.path.shown()
                         );
                         return Err(CliError::Failed(text));
                     }

@@ -11,6 +11,7 @@ use super::CliError;
 use super::cases::{Cases, GRAY};
 use super::source_folder::Folder;
 use super::source_made::{Recorded, Synthetic};
+use vsonar::support::printable::ShownPath as _;
 
 /// Where the cases come from. Recorded in the run folder, so that a resume finds them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,7 +32,7 @@ pub(crate) fn absolute(path: &Path) -> Result<PathBuf, CliError> {
         Some(_) => Ok(absolute),
         None => Err(CliError::Failed(format!(
             "{}: the path is not UTF-8, so it cannot be recorded in the run folder; rename the folder",
-            path.display()
+            path.shown()
         ))),
     }
 }
@@ -60,7 +61,7 @@ impl Source {
     /// From the table `[data]` of a settings file.
     pub(crate) fn from_table(table: &toml::Table, file: &Path) -> Result<Source, CliError> {
         let source = Source::parse(table, file)?;
-        source.check().map_err(|e| CliError::Failed(format!("{}: the table [data]: {e}", file.display())))?;
+        source.check().map_err(|e| CliError::Failed(format!("{}: the table [data]: {e}", file.shown())))?;
         Ok(source)
     }
 
@@ -80,7 +81,7 @@ impl Source {
             CliError::Failed(format!(
                 "{}: the table [data] does not say where the fitness cases come from: {}; it has a table [data.folder] \
                  with the path `train`, and perhaps {}, or a table [data.world] with the `name` of a world",
-                file.display(),
+                file.shown(),
                 error.to_string().trim_end().replace('\n', " "),
                 "`holdout`, `holdout_match`, `holdout_part`, the same of `validation`, `split_by` and `gap`"
             ))

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use vsonar::support::printable::ShownPath as _;
 use vsonar::world::FRAMES;
 
 use super::output::from_here;
@@ -85,14 +86,14 @@ impl Source {
                 format!("the world {}; one other building chooses the winner, another is held out", w.name)
             }
             Source::Folder(f) => {
-                let mut text = from_here(&f.train).display().to_string();
+                let mut text = from_here(&f.train).shown();
                 f.train_match.iter().for_each(|glob| text += &format!(", images {glob}"));
-                f.holdout.iter().for_each(|dir| text += &format!("; held out {}", from_here(dir).display()));
+                f.holdout.iter().for_each(|dir| text += &format!("; held out {}", from_here(dir).shown()));
                 f.holdout_match.iter().for_each(|glob| text += &format!("; held out {glob}"));
                 f.holdout_part.iter().for_each(|part| text += &format!("; held out {part}"));
                 f.validation
                     .iter()
-                    .for_each(|dir| text += &format!("; validation on {}", from_here(dir).display()));
+                    .for_each(|dir| text += &format!("; validation on {}", from_here(dir).shown()));
                 f.validation_match.iter().for_each(|glob| text += &format!("; validation on {glob}"));
                 f.validation_part
                     .iter()

@@ -10,11 +10,14 @@ use vsonar::report::page;
 
 use super::CliError;
 use super::cases::Cases;
-use super::output::{count, duration, from_here, percent, shell_flag, shell_word};
+use super::output::{count, duration, from_here, percent, printable, shell_flag, shell_word};
 use super::part::Part;
 use super::source::Source;
 use super::source_parts;
 use super::table::Table;
+use super::terminal::Look;
+use super::untested;
+use super::wrap::width;
 
 /// How the best program does on images and altered copies together.
 #[derive(Debug, Clone, Serialize)]
@@ -57,6 +60,9 @@ pub(crate) struct Report {
     warnings: Vec<Warning>,
     /// Whether this was a run on built-in images that is smaller than the published ones.
     small: bool,
+    /// A word on what the figures are worth.
+    #[serde(skip)]
+    caution: Option<String>,
     #[serde(skip)]
     next: Vec<String>,
 }
@@ -104,7 +110,8 @@ impl Report {
             warnings: evolution.warning().into_iter().collect(),
             small: *source == Source::built_in()
                 && (settings.population < full.population || settings.generations < full.generations),
-            next: next(source, cases, settings, summary.generations, folder),
+            caution: untested::caution(source, cases),
+            next: next(folder),
         }))
     }
 
@@ -197,7 +204,7 @@ impl fmt::Display for Report {
             "The program has {} and came up in generation {}: {}",
             count(self.best.nodes as u64, "node"),
             self.best.generation,
-            self.best.file.display()
+            printable(&self.best.file)
         )?;
         self.warnings.iter().try_for_each(|warning| writeln!(f, "\nWarning: {warning}"))?;
         if self.small {
@@ -208,13 +215,42 @@ impl fmt::Display for Report {
                 full.population, full.generations
             )?;
         }
-        writeln!(f, "\nNext:")?;
-        self.next.iter().try_for_each(|command| writeln!(f, "  {command}"))
+        self.caution.iter().try_for_each(|caution| writeln!(f, "\n{caution}"))?;
+        write!(f, "\n{}", steps(&self.next, Look::stdout().width))
     }
 }
 
-/// What to do with the result, as commands to copy. They come to the numbers of the summary.
-pub(crate) fn next(
+/// What separates a command from its meaning.
+const MEANING: &str = "    # ";
+
+/// The commands that matter most when a run is complete, each with its meaning.
+pub(crate) fn next(folder: &Path) -> Vec<String> {
+    let (run, program) = (shell_word(folder), shell_word(&folder.join("best.gp")));
+    let detector = shell_word(&folder.join("detector"));
+    let commands = [
+        (format!("vsonar report {run}"), "the run as a page: curves, errors, pictures"),
+        (format!("vsonar explain {run}"), "what the program does, line by line"),
+        (format!("vsonar export {program} --out {detector}"), "native code and C for a robot"),
+    ];
+    commands.into_iter().map(|(command, meaning)| format!("{command}{MEANING}{meaning}")).collect()
+}
+
+/// The commands with their meanings side by side; without meanings where they do not fit.
+pub(crate) fn steps(next: &[String], room: Option<usize>) -> String {
+    let parts = next.iter().map(|line| line.split_once(MEANING).unwrap_or((line, "")));
+    let longest = parts.clone().map(|(command, _)| width(command)).max().unwrap_or(0);
+    let line = |(command, meaning): (&str, &str)| {
+        let gap = " ".repeat(longest - width(command));
+        format!("  {command}{gap}{MEANING}{meaning}")
+    };
+    let full: Vec<String> = parts.clone().map(line).collect();
+    let fits = room.is_none_or(|room| full.iter().all(|line| width(line) <= room));
+    let short = || parts.map(|(command, _)| format!("  {command}")).collect();
+    format!("Next:\n{}\n", if fits { full } else { short() }.join("\n"))
+}
+
+/// What else can be done with the result, as commands to copy. They come to the numbers of the summary.
+pub(crate) fn commands(
     source: &Source,
     cases: &Cases,
     settings: &Settings,

@@ -9,6 +9,7 @@ use vsonar::world::Progress;
 use vsonar::world::office::{Office, OfficeError, Plan, Setup, World, record_told};
 
 use super::{CliError, recording};
+use vsonar::support::printable::ShownPath as _;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -85,9 +86,9 @@ fn planned(path: &Path, args: &Args, progress: &Progress) -> Result<Dataset, Cli
     record_told(&office, "plan", frames, seed, progress).map_err(|e| match e {
         OfficeError::Start { start, .. } => {
             let line = line_of_start(&text, start).map_or(String::new(), |line| format!("{line}:"));
-            CliError::Failed(format!("{}:{line} {e}", path.display()))
+            CliError::Failed(format!("{}:{line} {e}", path.shown()))
         }
-        OfficeError::NoStart { .. } => CliError::Failed(format!("{}: {e}", path.display())),
+        OfficeError::NoStart { .. } => CliError::Failed(format!("{}: {e}", path.shown())),
         e => e.into(),
     })
 }
@@ -100,12 +101,12 @@ fn line_of_start(text: &str, start: usize) -> Option<usize> {
 
 /// A camera's file that can be right, but by which no pictures are rendered.
 pub(crate) fn not_rendered(path: &Path, error: &CameraError) -> CliError {
-    CliError::Failed(format!("{}: no pictures are rendered by this camera: {error}", path.display()))
+    CliError::Failed(format!("{}: no pictures are rendered by this camera: {error}", path.shown()))
 }
 
 /// `FILE:3: ...` for what begins with `line 3: `, as compilers have it.
 fn located(path: &Path, error: &str) -> String {
-    let path = path.display();
+    let path = path.shown();
     match error.strip_prefix("line ").and_then(|rest| rest.split_once(": ")) {
         Some((line, rest)) => format!("{path}:{line}: {rest}"),
         None => format!("{path}: {error}"),

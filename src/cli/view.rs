@@ -1,39 +1,13 @@
 //! What is seen of a run while it goes on: live lines on a terminal, a line a generation elsewhere. A warning that
 //! the run has collapsed is shown once for each kind.
 
-use std::io::{self, IsTerminal, Write};
-
 use vsonar::dataset::Dataset;
 use vsonar::evolve::{Collapse, Evolution, Record, Settings, Warning};
+use vsonar::support::printable;
 
 use super::live::{Last, Live};
-use super::output::{count, duration, grouped, percent};
-
-/// How a run is shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Style {
-    /// Not at all.
-    Silent,
-    /// A line a generation on standard output.
-    Lines,
-    /// A line a generation on standard error, for standard output has something else to say.
-    LinesAside,
-    /// Three lines that change, on a terminal.
-    Live,
-}
-
-impl Style {
-    /// The style for these flags and whatever standard output and error are.
-    pub(crate) fn of(quiet: bool, json: bool) -> Style {
-        let terminal = io::stderr().is_terminal() && (json || io::stdout().is_terminal());
-        match (quiet, terminal, json) {
-            (true, ..) => Style::Silent,
-            (_, true, _) => Style::Live,
-            (_, _, true) => Style::LinesAside,
-            _ => Style::Lines,
-        }
-    }
-}
+use super::output::{count, duration, grouped, percent, say};
+use super::progress::Style;
 
 /// Shows a run. Its generations are told to it one by one.
 pub(crate) struct View<'a> {
@@ -83,10 +57,7 @@ impl<'a> View<'a> {
     }
 
     /// Shows a complete generation.
-    ///
-    /// # Errors
-    /// If standard output cannot be written.
-    pub(crate) fn generation(&mut self, record: &Record) -> io::Result<()> {
+    pub(crate) fn generation(&mut self, record: &Record) {
         self.clock.walls.push(record.timing.wall);
         self.records.push(record.clone());
         let left = self.clock.left(self.total.saturating_sub(record.generation + 1));
@@ -97,13 +68,8 @@ impl<'a> View<'a> {
                     live.show(last(record, self.train), left);
                 }
             }
-            Style::Lines => writeln!(io::stdout(), "{}", line(record, self.total, left))?,
-            Style::LinesAside => {
-                // The line is for whoever is there to see it.
-                let _ = writeln!(io::stderr(), "{}", line(record, self.total, left));
-            }
+            Style::Lines => say(&line(record, self.total, left)),
         }
-        Ok(())
     }
 
     /// Warns of what the run has come to with the last generation, unless that was said before.
@@ -116,13 +82,7 @@ impl<'a> View<'a> {
             return;
         }
         self.warned.push(warning.kind);
-        let text = format!("warning: {warning}");
-        match &self.live {
-            Some(live) => live.say(text),
-            None => {
-                let _ = writeln!(io::stderr(), "{text}");
-            }
-        }
+        say(&format!("warning: {warning}"));
     }
 }
 
@@ -157,7 +117,7 @@ fn signs(record: &Record, train: &Dataset) -> [String; 2] {
     parts.push(format!("{:.0} nodes", record.mean_nodes));
     let hardest = record.hardest_case.and_then(|h| Some((h.solvers, train.cases().get(h.case as usize)?)));
     let failed = hardest.map_or(String::new(), |(solvers, case)| {
-        let name = format!("{} column {}", train.images()[case.image].name, case.x);
+        let name = format!("{} column {}", printable::line(&train.images()[case.image].name), case.x);
         match (solvers, record.solved_by_nobody) {
             (0, Some(unsolved)) => {
                 let cases = count(train.cases().len() as u64, "case");

@@ -21,6 +21,7 @@ use super::fault::Fault;
 use super::scale::{in_proportion, useful_size};
 use super::{Dataset, reading, scan};
 use crate::memory;
+use crate::support::printable::{ShownPath as _, line};
 
 /// Rows of image a bin of the histogram covers, or a multiple of it where that gives too many.
 const BIN: u32 = 20;
@@ -249,7 +250,7 @@ impl CheckReport {
 
 impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "data set  {} ({})", self.name, self.folder.display())?;
+        writeln!(f, "data set  {} ({})", line(&self.name), self.folder.shown())?;
         if let Some((width, height)) = self.size {
             writeln!(f, "size      {width} x {height} pixels")?;
         }
@@ -261,7 +262,8 @@ impl fmt::Display for CheckReport {
         self.write_labels(f)?;
         self.write_constants(f)?;
         if !self.unlabelled.is_empty() {
-            let shown = self.unlabelled.iter().take(NAMED).cloned().collect::<Vec<_>>().join(", ");
+            let shown: Vec<_> = self.unlabelled.iter().take(NAMED).map(|name| line(name)).collect();
+            let shown = shown.join(", ");
             let more = if self.unlabelled.len() > NAMED { ", ..." } else { "" };
             writeln!(f, "\nnote: {} image(s) without labels: {shown}{more}", self.unlabelled.len())?;
         }
@@ -271,9 +273,10 @@ impl fmt::Display for CheckReport {
         if let Some(first) = self.turned.first() {
             writeln!(
                 f,
-                "\nnote: {} image(s) with an orientation tag, {first} the first: they count as they are stored, not as viewers \
+                "\nnote: {} image(s) with an orientation tag, {} the first: they count as they are stored, not as viewers \
                  turn them (`vsonar data resize` does)",
-                self.turned.len()
+                self.turned.len(),
+                line(first)
             )?;
         }
         if !self.copies.is_empty() {
@@ -301,7 +304,7 @@ impl CheckReport {
             "\n{:>6} {:>6} | {:>4} {:>4} {:>6} {:>4} {:>4} {:>6} {:>5} {:>7} | best constant",
             "column", "cases", "min", "25%", "median", "75%", "max", "mean", "open", "blocked"
         )?;
-        let line = |f: &mut fmt::Formatter<'_>, name: &str, l: &Distribution, c: &BestConstant| {
+        let row = |f: &mut fmt::Formatter<'_>, name: &str, l: &Distribution, c: &BestConstant| {
             writeln!(
                 f,
                 "{name:>6} {:>6} | {:>4} {:>4} {:>6} {:>4} {:>4} {:>6.1} {:>5} {:>7} | {:>5} {:>6}",
@@ -319,10 +322,10 @@ impl CheckReport {
             )
         };
         for column in &self.columns {
-            line(f, &column.x.to_string(), &column.labels, &column.constant)?;
+            row(f, &column.x.to_string(), &column.labels, &column.constant)?;
         }
         if let Some(constant) = &self.constant {
-            line(f, "all", labels, constant)?;
+            row(f, "all", labels, constant)?;
         }
         writeln!(f, "\nlabels by row (from the top)")?;
         let most = labels.histogram.iter().copied().max().unwrap_or(0).max(1);

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::scan::IMAGES;
 use crate::frames::folder::{is_hidden, is_image};
+use crate::support::printable;
 
 /// Files and folders that are looked at, so that somebody's whole disk is not.
 const LOOKED_AT: usize = 100_000;
@@ -80,9 +81,7 @@ impl fmt::Display for Deeper {
         if folders.len() > NAMED {
             shown += &format!(" and {} more", folders.len() - NAMED);
         }
-        // Names of files may hold what a terminal would take for commands.
-        let shown: String = shown.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
-        write!(f, "{least}{images} {image} in {folder} ({shown}) {are} not looked at")
+        write!(f, "{least}{images} {image} in {folder} ({}) {are} not looked at", printable::line(&shown))
     }
 }
 

@@ -12,6 +12,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::support::printable::{self, ShownPath as _};
+
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
 use crate::memory::gib;
@@ -52,9 +54,11 @@ pub struct Fault {
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.at {
-            Place::Set => write!(f, "{}", self.kind),
-            at => write!(f, "{at}: {}", self.kind),
+            Place::Set => {}
+            at => write!(f, "{at}: ")?,
         }
+        // A fault is one line, whatever the names and texts in it hold.
+        f.write_str(&printable::line(&self.kind.to_string()))
     }
 }
 
@@ -62,12 +66,12 @@ impl fmt::Display for Fault {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FaultKind {
     /// The folder is not there, or is no folder.
-    #[error("there is no folder {}", .0.display())]
+    #[error("there is no folder {}; check the path", .0.shown())]
     NoFolder(PathBuf),
     /// A folder cannot be searched, so that nothing in it can be found.
     #[error(
         "the folder {} cannot be searched{}: {cause}; check its permissions, and whether its disk is there",
-        .folder.display(), looked_for(*.images)
+        .folder.shown(), looked_for(*.images)
     )]
     NoAccess {
         /// The folder.
@@ -99,7 +103,7 @@ pub enum FaultKind {
         height: u32,
     },
     /// The folder has no `labels.csv`.
-    #[error("{} is missing; it needs the header `image,x,y` and a row for each case (`vsonar label` makes it)", .0.display())]
+    #[error("{} is missing; it needs the header `image,x,y` and a row for each case (`vsonar label` makes it)", .0.shown())]
     NoTable(PathBuf),
     /// `labels.csv` cannot be read.
     #[error("labels.csv cannot be read: {0}; check the file and its permissions")]
@@ -288,10 +292,7 @@ const SHOWN: usize = 3;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DatasetError {
     /// The folder is faulty.
-    #[error(
-        "the data set {} {}\nrun `vsonar data check {}` for the whole report",
-        .dir.display(), summary(.faults), shell_word(.dir)
-    )]
+    #[error("the data set {} {}{}", .dir.shown(), summary(.faults), whole_report(.dir, .faults))]
     Folder {
         /// The folder.
         dir: PathBuf,
@@ -329,6 +330,15 @@ fn summary(faults: &[Fault]) -> String {
     out
 }
 
+/// The command that reports on the whole folder, if there is anything to report on.
+fn whole_report(dir: &Path, faults: &[Fault]) -> String {
+    let nothing = |fault: &Fault| matches!(fault.kind, FaultKind::NoFolder(_) | FaultKind::NoTable(_));
+    match faults.iter().any(nothing) {
+        true => String::new(),
+        false => format!("\nrun `vsonar data check {}` for the whole report", shell_word(dir)),
+    }
+}
+
 /// The path as one word of a shell's command line, so that the remedy can be pasted.
 fn shell_word(path: &Path) -> String {
     let text = path.display().to_string();
@@ -356,6 +366,11 @@ mod tests {
         assert!(text.contains("and 2 more"), "{text}");
         assert!(text.contains("`vsonar data check 'my data'`"), "{text}");
         assert_eq!(error.faults().len(), 5);
+        for kind in [FaultKind::NoFolder("no".into()), FaultKind::NoTable("no/labels.csv".into())] {
+            let faults = vec![Fault { at: Place::Set, kind }];
+            let text = DatasetError::Folder { dir: "no".into(), faults }.to_string();
+            assert!(!text.contains("data check"), "it would say the same: {text}");
+        }
     }
 
     #[test]

@@ -26,21 +26,22 @@ use image::ImageFormat;
 use super::Dataset;
 use super::scan::{IMAGES, TABLE};
 use crate::support::durable;
+use crate::support::printable::ShownPath as _;
 use crate::support::temporary::{self, TemporaryFolder};
 
 /// Why a set could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
     /// The folder exists, or a file of that name.
-    #[error("{} exists already; choose another name or remove it first", .0.display())]
+    #[error("{} exists already; choose another name or remove it first", .0.shown())]
     Exists(PathBuf),
     /// The path has no last part to create, like `/` or `..`.
-    #[error("{} does not name a new folder", .0.display())]
+    #[error("{} does not name a new folder", .0.shown())]
     NoName(PathBuf),
     /// The system refused.
     #[error(
         "{} cannot be written: {cause}; is the folder it is to be in there, may one write to it, and is there room?",
-        .path.display()
+        .path.shown()
     )]
     Io {
         /// What was to be written, by its final name.

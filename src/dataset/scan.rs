@@ -62,17 +62,16 @@ struct Picture {
 pub(super) fn scan(dir: &Path, limit: u64) -> Scan {
     let name = folder_name(dir);
     let mut faults = Vec::new();
-    let LabelTable { images: named, spellings, rows, count: row_count, .. } = if let Some(kind) =
-        no_access(dir, &dir.join(TABLE))
-    {
-        faults.push(Fault { at: Place::Set, kind });
-        LabelTable::default()
-    } else if !dir.is_dir() {
-        faults.push(Fault { at: Place::Set, kind: FaultKind::NoFolder(dir.into()) });
-        LabelTable::default()
-    } else {
-        read_table(dir, &dir.join(TABLE), &mut faults)
-    };
+    let LabelTable { images: named, spellings, rows, count: row_count, .. } =
+        if let Some(kind) = no_access(dir, &dir.join(TABLE)) {
+            faults.push(Fault { at: Place::Set, kind });
+            LabelTable::default()
+        } else if !dir.is_dir() {
+            faults.push(Fault { at: Place::Set, kind: FaultKind::NoFolder(dir.into()) });
+            LabelTable::default()
+        } else {
+            read_table(dir, &dir.join(TABLE), &mut faults)
+        };
     let found = read_images(dir, &named, limit, &mut faults);
     let mut pictures = Vec::with_capacity(named.len());
     let (mut groups, mut has_colour) = (BTreeMap::new(), false);
@@ -86,12 +85,8 @@ pub(super) fn scan(dir: &Path, limit: u64) -> Scan {
     let in_subfolders = Deeper::find(dir, |name| spellings.contains_key(name));
     let images_named = pictures.len();
     let sound = examine(name.clone(), pictures, rows, &mut faults);
-    let sound = sound.map(|set| Dataset {
-        groups: set.kept(&groups),
-        folder: Some(dir.into()),
-        has_colour,
-        ..set
-    });
+    let sound =
+        sound.map(|set| Dataset { groups: set.kept(&groups), folder: Some(dir.into()), has_colour, ..set });
     faults.sort_by_key(|f| f.at);
     Scan { dir: dir.into(), name, images_named, rows: row_count, unlabelled, in_subfolders, faults, sound }
 }

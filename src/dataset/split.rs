@@ -19,6 +19,7 @@ use std::collections::BTreeMap;
 use globset::{GlobBuilder, GlobMatcher};
 
 use super::{Dataset, NamedImage};
+use crate::support::printable::line;
 
 /// Why a set could not be taken apart.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -32,7 +33,7 @@ pub enum SplitError {
         cause: String,
     },
     /// No image has such a name.
-    #[error("no image of the set `{set}` matches `{pattern}`; its images are named like {examples}")]
+    #[error("no image of the set `{}` matches `{pattern}`; its images are named like {}", line(.set), line(.examples))]
     Nothing {
         /// The pattern.
         pattern: String,
@@ -52,7 +53,7 @@ pub enum SplitError {
         set: String,
     },
     /// No part can be taken from the set as it was asked for.
-    #[error("the set `{set}` cannot be taken apart by `{part}`: {cause}")]
+    #[error("the set `{}` cannot be taken apart by `{part}`: {}", line(.set), line(.cause))]
     Part {
         /// The part.
         part: String,
@@ -63,8 +64,8 @@ pub enum SplitError {
     },
     /// Some images match both patterns.
     #[error(
-        "{count} image(s), the first `{image}`, match both `{train}` and `{holdout}`; \
-         choose patterns that have no image in common"
+        "{count} image(s), the first `{}`, match both `{train}` and `{holdout}`; \
+         choose patterns that have no image in common", line(.image)
     )]
     Overlap {
         /// How many.

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::run::{End, Run};
 use crate::report::scale::{Scale, label};
+use crate::support::printable;
 use crate::world::geometry::{Outline, Room};
 use crate::world::office::Office;
 
@@ -245,8 +246,7 @@ fn clock(seconds: f64) -> String {
 }
 
 fn escaped(text: &str) -> String {
-    let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+    printable::line(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

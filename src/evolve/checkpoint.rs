@@ -20,6 +20,7 @@ use super::population::{Genotype, Member, Outcome};
 use super::record::Record;
 use super::validation::Verdicts;
 use crate::support::durable::FileError;
+use crate::support::printable::ShownPath as _;
 use crate::tree::{Individual, Node, NodeType, Tree, TreeIndex};
 
 const MAGIC: [u8; 8] = *b"VSONARCP";
@@ -63,11 +64,11 @@ pub enum CheckpointError {
     #[error(transparent)]
     File(#[from] FileError),
     /// It does not begin like a checkpoint.
-    #[error("{}: this is not a checkpoint; start the run again in a new folder", .0.display())]
+    #[error("{}: this is not a checkpoint; start the run again in a new folder", .0.shown())]
     Magic(PathBuf),
     /// It was written in another version of the format.
     #[error(
-        "{}: the checkpoint has version {found}, this program reads version {VERSION}; resume with the release that wrote it, or start the run again", path.display()
+        "{}: the checkpoint has version {found}, this program reads version {VERSION}; resume with the release that wrote it, or start the run again", path.shown()
     )]
     Version {
         /// The file.
@@ -77,7 +78,7 @@ pub enum CheckpointError {
     },
     /// It is shorter or longer than it says.
     #[error(
-        "{}: the checkpoint is cut or was added to ({found} bytes, it should have {expected}); put back a copy of the file, or start the run again in a new folder", path.display()
+        "{}: the checkpoint is cut or was added to ({found} bytes, it should have {expected}); put back a copy of the file, or start the run again in a new folder", path.shown()
     )]
     Length {
         /// The file.
@@ -89,7 +90,7 @@ pub enum CheckpointError {
     },
     /// Its checksum does not fit its content, or the content makes no sense.
     #[error(
-        "{}: the checkpoint is damaged ({fault}); put back a copy of the file, or start the run again in a new folder", path.display()
+        "{}: the checkpoint is damaged ({fault}); put back a copy of the file, or start the run again in a new folder", path.shown()
     )]
     Damaged {
         /// The file.
@@ -100,7 +101,7 @@ pub enum CheckpointError {
     /// What it says does not fit together, or does not fit the settings or the data of the run.
     #[error(
         "{}: the checkpoint contradicts itself or its run ({fault}); put back a copy of the file, or start the run again \
-         in a new folder", path.display()
+         in a new folder", path.shown()
     )]
     Contradiction {
         /// The file.
@@ -110,12 +111,12 @@ pub enum CheckpointError {
     },
     /// It belongs to other training data.
     #[error(
-        "{}: the checkpoint was made with other training data; resume with the data named in the run folder's settings.toml, unchanged", .0.display()
+        "{}: the checkpoint was made with other training data; resume with the data named in the run folder's settings.toml, unchanged", .0.shown()
     )]
     OtherData(PathBuf),
     /// It belongs to other settings.
     #[error(
-        "{}: the settings.toml beside the checkpoint is not the one it was made with; undo the change, or start a new run with it (`--settings`)", .0.display()
+        "{}: the settings.toml beside the checkpoint is not the one it was made with; undo the change, or start a new run with it (`--settings`)", .0.shown()
     )]
     OtherSettings(PathBuf),
 }

@@ -26,6 +26,7 @@ use super::validation::Verdicts;
 use crate::support::bounded::Bounded;
 use crate::support::durable::{self, FileError, Naming, Sync, append_line, replace};
 use crate::support::lock::Lock;
+use crate::support::printable::ShownPath as _;
 use crate::support::temporary::{self, TemporaryFolder};
 
 /// The files that are replaced as a whole.
@@ -39,18 +40,18 @@ pub enum FolderError {
     File(#[from] FileError),
     /// There is something of that name already.
     #[error(
-        "{}: the run folder exists already and is never overwritten; go on with that run (`--resume {}`), or choose another name (`--out`)", .0.display(), .0.display()
+        "{}: the run folder exists already and is never overwritten; go on with that run (`--resume {}`), or choose another name (`--out`)", .0.shown(), .0.shown()
     )]
     Exists(PathBuf),
     /// It is not a run folder.
-    #[error("{}: there is no settings.toml, so this is not a run folder; give a folder that `vsonar evolve` has made", .0.display())]
+    #[error("{}: there is no settings.toml, so this is not a run folder; give a folder that `vsonar evolve` has made", .0.shown())]
     NotARun(PathBuf),
     /// Another process writes it.
-    #[error("{}: another process is writing this run folder; wait until it has ended, or stop it", .0.display())]
+    #[error("{}: another process is writing this run folder; wait until it has ended, or stop it", .0.shown())]
     Locked(PathBuf),
     /// The run was to go on with other settings than its folder's.
     #[error(
-        "{}: a run goes on with the settings in its folder; only more generations can be asked for (for other settings, start a new run with `--settings`)", .0.display()
+        "{}: a run goes on with the settings in its folder; only more generations can be asked for (for other settings, start a new run with `--settings`)", .0.shown()
     )]
     OtherSettings(PathBuf),
     /// Its settings cannot be read.
@@ -220,7 +221,7 @@ impl RunFolder {
             }
             text => text.naming(&file, "read the file")?,
         };
-        let settings = Settings::from_record(&text, &file.display().to_string())?;
+        let settings = Settings::from_record(&text, &file.shown())?;
         // The text was just read as settings, so it is TOML.
         let data = toml::from_str::<DataTable>(&text).map(|t| t.data).unwrap_or_default();
         let folder = RunFolder::lock(path, data, &settings)?;

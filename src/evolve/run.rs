@@ -159,7 +159,7 @@ impl Evolution {
         Ok(run)
     }
 
-    /// Lets these cases choose the winner from the hall of fame: who solves most of them, of equal ones the smallest.
+    /// Lets these cases choose the winner from the hall of fame: who solves most of them; ties go to training, then to size.
     /// They shape nothing else of the run. A run that is resumed has to be given them again.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use crate::tree::Individual;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
     /// The winner: highest fitness in training, ties broken by fewer nodes, then by which came first; with a
-    /// validation part that of the hall of fame which does best there, ties broken by fewer nodes.
+    /// validation part that of the hall of fame which does best there, ties broken by training, then by fewer nodes.
     pub best: Individual,
     /// The generation it came up in.
     pub generation: u32,

@@ -7,6 +7,7 @@ use super::cases::Cases;
 use super::evaluate::{EvaluateError, Evaluator};
 use super::fitness::CaseBits;
 use super::hall_of_fame::{Entry, HallOfFame};
+use super::rank::rank;
 use crate::tree::Individual;
 
 /// The validation part, and what it said of the entries of the hall of fame.
@@ -55,18 +56,15 @@ impl<'a> Verdicts<'a> {
         Some(&self.0?.get(entry)?.1)
     }
 
-    /// The winner: the entry that solves most validation cases, of several the smallest; without validation the one that
-    /// solves most training cases.
+    /// The winner by [`rank`]: the entry that solves most validation cases, without a validation part most training cases;
+    /// ties go to training, then to size.
     pub(super) fn winner<'h>(&self, hall: &'h HallOfFame) -> Option<(&'h Entry, Option<&'a CaseBits>)> {
-        let entries = hall.entries().iter().enumerate();
-        // Entries ascend in size; of equal ones the first of the reversed order is kept.
-        match self.0 {
-            Some(_) => entries
-                .rev()
-                .map(|(i, entry)| (entry, self.of(i)))
-                .max_by_key(|(_, solved)| solved.map(CaseBits::count)),
-            None => hall.best().map(|entry| (entry, None)),
-        }
+        let entries = hall.entries().iter().enumerate().map(|(i, entry)| (i, entry, self.of(i)));
+        let key = |(i, entry, solved): &(usize, &Entry, Option<&CaseBits>)| {
+            let chosen = solved.map_or(entry.correct, CaseBits::count);
+            rank(chosen.into(), entry.correct.into(), entry.individual.len() as u64, *i as u64)
+        };
+        entries.min_by_key(key).map(|(_, entry, solved)| (entry, solved))
     }
 }
 
@@ -86,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn validation_takes_the_smallest_of_the_best() {
+    fn of_equal_ones_in_validation_the_fittest_in_training_wins() {
         let hall = hall(&[(0, 5), (1, 6), (2, 7), (3, 9)]);
         let verdicts: Vec<(Individual, CaseBits)> = [3, 8, 8, 4]
             .iter()
@@ -94,7 +92,7 @@ mod tests {
             .map(|(&n, entry)| (entry.individual.clone(), CaseBits::from_fn(10, |case| case < n)))
             .collect();
         let (winner, solved) = Verdicts(Some(&verdicts)).winner(&hall).expect("entries");
-        assert_eq!((winner.correct, solved.map(CaseBits::count)), (6, Some(8)));
+        assert_eq!((winner.correct, solved.map(CaseBits::count)), (7, Some(8)));
         let (winner, solved) = Verdicts::NONE.winner(&hall).expect("entries");
         assert_eq!((winner.correct, solved), (9, None));
         assert!(Verdicts::NONE.winner(&HallOfFame::default()).is_none());

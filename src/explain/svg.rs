@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use crate::support::printable;
+
 /// Colours for light and dark, by class.
 const STYLE: &str = "\
 svg{color:#1d2329;background:#fff;font:12px ui-sans-serif,system-ui,sans-serif}
@@ -28,16 +30,16 @@ pub(super) fn frame(width: f64, height: f64, title: &str, content: &str) -> Stri
     out
 }
 
-/// Text as it may stand in an SVG document: no sign of the language, no control character.
+/// Text as it may stand in an SVG document: no sign of the language, hidden characters escaped.
 pub(super) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
+    for c in printable::line(text).chars() {
         match c {
             '&' => out.push_str("&amp;"),
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
-            c if c.is_control() || c == '\u{fffe}' || c == '\u{ffff}' => out.push('?'),
+            '\u{fffe}' | '\u{ffff}' => out.push('?'),
             c => out.push(c),
         }
     }
@@ -50,6 +52,6 @@ mod tests {
 
     #[test]
     fn text_is_escaped() {
-        assert_eq!(escape("a<b & \"c\"\u{7}"), "a&lt;b &amp; &quot;c&quot;?");
+        assert_eq!(escape("a<b & \"c\"\u{7}"), "a&lt;b &amp; &quot;c&quot;\\u{7}");
     }
 }

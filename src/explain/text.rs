@@ -13,8 +13,8 @@ pub use super::notes::notes;
 
 /// So many contributions are shown in a text.
 const CONTRIBUTIONS: usize = 24;
-/// The length of lines.
-const WIDTH: usize = 100;
+/// Characters in a line of prose, unless another width is asked for.
+pub const WIDTH: usize = 100;
 /// Of lines that are no longer the margins stand below one another.
 const MARGIN: usize = 108;
 /// A part of a listing is cut to this length in a table.
@@ -22,17 +22,22 @@ const PART: usize = 60;
 
 /// The explanation as plain text. `name` is what the program is called.
 pub fn text(explanation: &Explanation, name: &str) -> String {
+    text_within(explanation, name, WIDTH)
+}
+
+/// The same with its prose, but not its listings, in lines of at most so many characters.
+pub fn text_within(explanation: &Explanation, name: &str, width: usize) -> String {
     let mut out = format!("{name}\n\n");
     out += &listing(explanation);
     out.push('\n');
-    wrap(&checked(explanation), "", &mut out);
+    wrap(&checked(explanation), "", width, &mut out);
     let _ = writeln!(out, "\nHow to read it");
-    notes(&explanation.listing).iter().for_each(|line| wrap(line, "  ", &mut out));
+    notes(&explanation.listing).iter().for_each(|line| wrap(line, "  ", width, &mut out));
     let _ = writeln!(out, "\nWhat is used");
-    uses(explanation).iter().for_each(|line| wrap(line, "  ", &mut out));
+    uses(explanation).iter().for_each(|line| wrap(line, "  ", width, &mut out));
     if let Some(heading) = data(explanation) {
         let _ = writeln!(out, "\n{heading}");
-        sweeps(explanation).iter().for_each(|line| wrap(line, "  ", &mut out));
+        sweeps(explanation).iter().for_each(|line| wrap(line, "  ", width, &mut out));
     }
     if !explanation.contributions.tried.is_empty() {
         let _ = writeln!(out, "\n{}", without(explanation));
@@ -60,13 +65,13 @@ pub fn text(explanation: &Explanation, name: &str) -> String {
 }
 
 /// Adds a line, broken between words where it is long, and indented.
-fn wrap(text: &str, indent: &str, out: &mut String) {
+fn wrap(text: &str, indent: &str, width: usize, out: &mut String) {
     let mut length = 0;
     for (i, word) in text.split(' ').enumerate() {
         let word_length = word.chars().count();
         if i == 0 {
             out.push_str(indent);
-        } else if length + 1 + word_length > WIDTH {
+        } else if length + 1 + word_length > width {
             let _ = write!(out, "\n{indent}  ");
             length = 2;
         } else {

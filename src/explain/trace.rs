@@ -10,6 +10,7 @@ use vsonar_ir::{Operand, WindowAt, Windows};
 use super::evaluate::{Observer, Position};
 use super::listing::{Listing, Site, Sweep};
 use crate::dataset::Dataset;
+use crate::support::printable;
 use crate::tree::Shortest;
 
 /// So many positions at either end are always shown.
@@ -161,7 +162,7 @@ impl Trace {
     pub fn text(&self, full: bool) -> String {
         let mut out = format!(
             "{}, column {}: answer {}, label {}\n",
-            self.image,
+            printable::line(&self.image),
             self.column,
             Shortest(self.answer),
             self.label

@@ -1,5 +1,6 @@
 //! Where an exported detector comes from: what stands in the comments of `best.gp`.
 
+use crate::support::printable;
 use crate::tree::Individual;
 
 /// What is known of a program's origin; it stands in the header and in what `NAME_info` gives.
@@ -55,7 +56,7 @@ impl Provenance {
     /// assert_eq!((provenance.fitness, provenance.size), (Some((12, 30)), Some((320, 240))));
     /// ```
     pub fn comment(data: &str, seed: u64, width: u32, height: u32) -> String {
-        let data: String = data.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+        let data = printable::line(data);
         format!("; evolved with seed {seed}, on images of {width}x{height} pixels, of the data set {data}")
     }
 

@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 
 use super::Symbol;
 use super::native::Target;
+use crate::support::printable::ShownPath as _;
 
 /// Why there is no shared library.
 #[derive(Debug, thiserror::Error)]
@@ -43,7 +44,7 @@ pub enum SharedError {
         source: io::Error,
     },
     /// A file for it or of it.
-    #[error("cannot hand {} to the linker: {source}; make room in the folder for temporary files, or set TMPDIR", path.display())]
+    #[error("cannot hand {} to the linker: {source}; make room in the folder for temporary files, or set TMPDIR", path.shown())]
     File {
         /// The file.
         path: PathBuf,

@@ -8,6 +8,7 @@ use std::{fs, io};
 use image::{GrayImage, ImageFormat};
 
 use super::{Frame, FrameError, FrameFault, FrameSource};
+use crate::support::printable::ShownPath as _;
 use crate::vision::load_gray;
 
 /// Image files, all of one size, read one by one.
@@ -29,14 +30,14 @@ impl Folder {
     /// # Errors
     /// If the folder or its first image cannot be read, or there is no image.
     pub fn open(path: &Path) -> Result<Folder, FrameError> {
-        let fail = |fault| FrameError { origin: path.display().to_string(), frame: None, fault };
+        let fail = |fault| FrameError { origin: path.shown(), frame: None, fault };
         let images = |folder: &Path| -> io::Result<Vec<PathBuf>> {
             Ok(images(folder)?.into_iter().filter(|path| path.is_file()).collect())
         };
         let mut files = images(path).map_err(|e| fail(FrameFault::Read(e)))?;
         let below = path.join("images");
         if files.is_empty() && below.symlink_metadata().is_ok() {
-            let fail = |e| FrameError { origin: below.display().to_string(), ..fail(FrameFault::Read(e)) };
+            let fail = |e| FrameError { origin: below.shown(), ..fail(FrameFault::Read(e)) };
             files = images(&below).map_err(fail)?;
         }
         if files.is_empty() {
@@ -155,7 +156,7 @@ impl FrameSource for Folder {
         if (width, height) != expected {
             let (expected_width, expected_height) = expected;
             let fault = FrameFault::Size { width, height, expected_width, expected_height };
-            return Err(FrameError { origin: path.display().to_string(), frame: Some(self.next), fault });
+            return Err(FrameError { origin: path.shown(), frame: Some(self.next), fault });
         }
         frame.pixels = pixels;
         frame.arrived = Instant::now();

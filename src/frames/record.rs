@@ -9,6 +9,7 @@ use std::str::FromStr;
 use image::ImageFormat;
 
 use super::Frame;
+use crate::support::printable::ShownPath as _;
 use crate::support::temporary::{self, Access, TemporaryFile};
 
 /// How far apart the frames are that are kept. The first one always is.
@@ -66,7 +67,7 @@ pub enum RecordError {
     #[error(
         "{}: there are recorded frames in it already ({name}), and none is ever overwritten; choose a new folder, \
          so that a frame's number tells its time",
-        .folder.display()
+        .folder.shown()
     )]
     Occupied {
         /// The folder.
@@ -75,7 +76,7 @@ pub enum RecordError {
         name: String,
     },
     /// The system refuses to write.
-    #[error("{}: cannot {action}: {source}{}", .path.display(), remedy(source))]
+    #[error("{}: cannot {action}: {source}{}", .path.shown(), remedy(source))]
     File {
         /// The file or folder.
         path: PathBuf,

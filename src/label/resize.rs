@@ -29,6 +29,7 @@ use crate::dataset::import::{Crop, Names, View, ViewError};
 use crate::dataset::scan::{IMAGES, TABLE};
 use crate::dataset::{DatasetError, Deeper, Fault, FaultKind, Place};
 use crate::frames::folder::natural;
+use crate::support::printable::ShownPath as _;
 use crate::vision::{ImageError, load_gray, orientation, upright};
 
 /// Size and part of the images, and what becomes of orientation tags.
@@ -62,7 +63,7 @@ pub enum ResizeError {
     #[error(transparent)]
     Folder(#[from] SessionError),
     /// An image of the folder cannot be used.
-    #[error("{}: {}", .dir.join(&.image.name).display(), .image.why)]
+    #[error("{}: {}", .dir.join(&.image.name).shown(), .image.why)]
     Unusable {
         /// The folder.
         dir: PathBuf,
@@ -75,7 +76,7 @@ pub enum ResizeError {
     /// An image has marks, and a tag that asks viewers to turn it.
     #[error(
         "{}: has {marks} mark{} and an orientation tag, and nothing says whether the marks are of the image as it is stored (as \
-         `vsonar label` shows it) or as viewers turn it", .path.display(), if *.marks == 1 { "" } else { "s" }
+         `vsonar label` shows it) or as viewers turn it", .path.shown(), if *.marks == 1 { "" } else { "s" }
     )]
     Tagged {
         /// The image.
@@ -84,7 +85,7 @@ pub enum ResizeError {
         marks: usize,
     },
     /// The wanted part is not in the image.
-    #[error("{}: {source}", .path.display())]
+    #[error("{}: {source}", .path.shown())]
     View {
         /// The image.
         path: PathBuf,

@@ -10,9 +10,11 @@ use axum::routing::{get, post};
 use axum::{Json, Router};
 use serde::{Deserialize, Serialize};
 
+use super::LeftOut;
 use super::mark::Change;
 use super::session::{Cell, Session, ShowError};
 use super::store::StoreError;
+use crate::support::printable;
 use crate::web::{Running, Server, Token};
 
 /// Shows a session on a server, until what is returned is dropped.
@@ -67,7 +69,7 @@ struct Refusal(StatusCode, String);
 
 impl IntoResponse for Refusal {
     fn into_response(self) -> Response {
-        (self.0, Json(serde_json::json!({ "error": self.1 }))).into_response()
+        (self.0, Json(serde_json::json!({ "error": printable::line(&self.1) }))).into_response()
     }
 }
 
@@ -103,10 +105,12 @@ struct Beginning {
     identity: String,
     folder: String,
     images: Vec<String>,
+    /// The names of the images as they are shown.
+    shown: Vec<String>,
     width: u32,
     height: u32,
     columns: Vec<u32>,
-    left_out: Vec<super::LeftOut>,
+    left_out: Vec<LeftOut>,
     notes: Vec<String>,
     /// Those of the notes that are to be read before anything is marked.
     remarks: Vec<String>,
@@ -115,21 +119,27 @@ struct Beginning {
     marks: Vec<Cell>,
 }
 
+/// Text from outside as a page shows it.
+fn shown(text: &str) -> String {
+    printable::line(text).into_owned()
+}
+
 async fn begin(State(desk): State<Desk>) -> Result<Json<Beginning>, Refusal> {
     let (revision, marks) = desk.work(|session| session.since(0)).await??;
     let session = &desk.session;
     let (width, height) = session.size();
-    let folder =
-        session.dir().file_name().unwrap_or(session.dir().as_os_str()).to_string_lossy().into_owned();
+    let folder = shown(&session.dir().file_name().unwrap_or(session.dir().as_os_str()).to_string_lossy());
+    let left_out = |one: &LeftOut| LeftOut { name: shown(&one.name), why: shown(&one.why) };
     Ok(Json(Beginning {
         id: desk.id,
         identity: session.identity(),
         folder,
         images: session.images().map(String::from).collect(),
+        shown: session.images().map(shown).collect(),
         width,
         height,
         columns: session.columns().to_vec(),
-        left_out: session.left_out().to_vec(),
+        left_out: session.left_out().iter().map(left_out).collect(),
         notes: session.notes(),
         remarks: session.remarks().to_vec(),
         suggests: session.suggests(),

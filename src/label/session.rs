@@ -19,6 +19,7 @@ use super::mark::{Change, Mark, Marks};
 use super::store::{Store, StoreError};
 use crate::dataset::{DatasetError, Deeper, Fault, FaultKind, Place};
 use crate::detector::Detector;
+use crate::support::printable;
 use crate::vision::load_gray;
 
 pub use error::SessionError;
@@ -169,7 +170,7 @@ impl Session {
                 1 => "1 image".to_string(),
                 more => format!("{more} images"),
             };
-            let first: String = first.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+            let first = printable::line(first);
             format!(
                 "{images} with an orientation tag, {first} the first: shown and labelled as stored, not as viewers turn them (`vsonar data resize` turns them)"
             )

@@ -21,6 +21,7 @@ use crate::dataset::{DatasetError, Fault};
 use crate::support::bounded::Bounded;
 use crate::support::durable::{as_before, replace_now, sync_file};
 use crate::support::lock::Lock;
+use crate::support::printable::ShownPath as _;
 use crate::support::temporary::{self, TemporaryFile};
 
 /// Name of the file for columns that are not to be labelled.
@@ -36,7 +37,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// A file could not be read or written.
-    #[error("{}: cannot {action}: {source}{}", .path.display(), remedy(action, source))]
+    #[error("{}: cannot {action}: {source}{}", .path.shown(), remedy(action, source))]
     File {
         /// The file.
         path: PathBuf,
@@ -49,7 +50,7 @@ pub enum StoreError {
     #[error(transparent)]
     Table(DatasetError),
     /// The file of skipped columns is faulty.
-    #[error("{} line {line}: {problem}; mend the line, or remove the file to forget what was skipped", .path.display())]
+    #[error("{} line {line}: {problem}; mend the line, or remove the file to forget what was skipped", .path.shown())]
     Skips {
         /// The file.
         path: PathBuf,
@@ -60,16 +61,16 @@ pub enum StoreError {
     },
     /// A file that is a link to another folder, or no file at all.
     #[error(
-        "{}: is a link that leads out of the folder, or no file; label the folder that holds the file", .0.display()
+        "{}: is a link that leads out of the folder, or no file; label the folder that holds the file", .0.shown()
     )]
     Link(PathBuf),
     /// A file that its owner does not want to be changed.
-    #[error("{}: is read-only; make the file writable, or label a copy of the folder", .0.display())]
+    #[error("{}: is read-only; make the file writable, or label a copy of the folder", .0.shown())]
     ReadOnly(PathBuf),
     /// Another process keeps the lock.
     #[error(
         "{}: another program has locked the labels for more than {} s; end the one that holds this file",
-        .0.display(), PATIENCE.as_secs()
+        .0.shown(), PATIENCE.as_secs()
     )]
     Locked(PathBuf),
 }

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 use super::temporary::{Access, TemporaryFile};
 use super::warnings::{self, Lack};
+use crate::support::printable::ShownPath as _;
 
 /// A file or folder could not be read or written.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: cannot {action}: {source}", path.display())]
+#[error("{}: cannot {action}: {source}", path.shown())]
 pub struct FileError {
     /// The file or folder.
     pub path: PathBuf,

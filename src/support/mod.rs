@@ -1,4 +1,4 @@
-//! Files and folders as every part of the library reads and writes them.
+//! What every part of the library uses: files and folders, and text from outside.
 //!
 //! | module | what it is for |
 //! |---|---|
@@ -6,10 +6,12 @@
 //! | [`temporary`] | new files and folders beside their place, under names that nobody can foresee |
 //! | [`durable`] | files that are wholly there or not at all, also after a crash |
 //! | [`lock`] | one process at a time |
+//! | [`printable`] | text from outside, made safe to show |
 //! | [`warnings`] | what the file system lacks, for the user to know |
 
 pub mod bounded;
 pub mod durable;
 pub mod lock;
+pub mod printable;
 pub mod temporary;
 pub mod warnings;

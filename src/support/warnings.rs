@@ -3,6 +3,7 @@
 //! The library goes on where a file system knows no locks or cannot bring files to the disk, as many on a network do
 //! not. What that costs is noted here, each kind once in the life of the process, and a command that prints takes it.
 
+use crate::support::printable::ShownPath as _;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
@@ -40,7 +41,7 @@ impl Warnings {
                  was saved last"
             }
         };
-        self.waiting.push(format!("{}: {consequence}", path.display()));
+        self.waiting.push(format!("{}: {consequence}", path.shown()));
     }
 }
 

@@ -6,6 +6,7 @@ use vsonar_ir::Rect;
 
 use super::individual::{MAX_DEPTH, MAX_NODES, TreeError};
 use super::node::{Node, NodeType};
+use crate::support::printable::ShownPath as _;
 
 /// A position in a text: line and column, both counted from 1, the column in characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -198,7 +199,7 @@ impl ParseErrorKind {
 #[derive(Debug, thiserror::Error)]
 pub enum ProgramFileError {
     /// The file cannot be read.
-    #[error("{}: cannot be read: {source}", path.display())]
+    #[error("{}: cannot be read: {source}", path.shown())]
     Read {
         /// The file.
         path: PathBuf,
@@ -206,7 +207,7 @@ pub enum ProgramFileError {
         source: std::io::Error,
     },
     /// The file is not text.
-    #[error("{}: line {line}: not valid UTF-8; a program is plain text", path.display())]
+    #[error("{}: line {line}: not valid UTF-8; a program is plain text", path.shown())]
     NotText {
         /// The file.
         path: PathBuf,
@@ -214,7 +215,7 @@ pub enum ProgramFileError {
         line: usize,
     },
     /// The text is not a program.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", path.shown())]
     Parse {
         /// The file.
         path: PathBuf,

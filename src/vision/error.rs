@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::support::printable::ShownPath as _;
 use vsonar_ir::Program;
 
 /// Most bytes of an image file, and most that decoding one may take: a small file may claim to hold an enormous image.
@@ -11,7 +12,7 @@ pub(crate) const MAX_BYTES: u64 = 512 << 20;
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// The file could not be opened or read at all.
-    #[error("{}: {source}; check the path and the permissions", .path.display())]
+    #[error("{}: {source}; check the path and the permissions", .path.shown())]
     Io {
         /// The file.
         path: PathBuf,
@@ -19,7 +20,7 @@ pub enum ImageError {
         source: std::io::Error,
     },
     /// Neither the content nor the name's extension is that of a known format.
-    #[error("{}: not an image of a known format; convert it to PNG", .path.display())]
+    #[error("{}: not an image of a known format; convert it to PNG", .path.shown())]
     Format {
         /// The file.
         path: PathBuf,
@@ -27,7 +28,7 @@ pub enum ImageError {
     /// The content is damaged or cut off.
     #[error(
         "{}: {}; the file is damaged, cut off or not what its name says: get it again, or convert it to PNG",
-        .path.display(), one_line(.source)
+        .path.shown(), one_line(.source)
     )]
     Decode {
         /// The file.
@@ -36,7 +37,7 @@ pub enum ImageError {
         source: image::ImageError,
     },
     /// The image is of a kind of its format that is not supported.
-    #[error("{}: {}; convert it to PNG with 8 or 16 bits", .path.display(), one_line(.source))]
+    #[error("{}: {}; convert it to PNG with 8 or 16 bits", .path.shown(), one_line(.source))]
     Unsupported {
         /// The file.
         path: PathBuf,
@@ -47,14 +48,14 @@ pub enum ImageError {
     #[error(
         "{}: the samples are floating-point numbers, and TIFF does not say which of them is white; scale them and save \
          the image with 8 or 16 bits",
-        .path.display()
+        .path.shown()
     )]
     Float {
         /// The file.
         path: PathBuf,
     },
     /// A JPEG file ends before its picture does.
-    #[error("{}: the JPEG file is cut off, the rest of its picture would be gray; get it again", .path.display())]
+    #[error("{}: the JPEG file is cut off, the rest of its picture would be gray; get it again", .path.shown())]
     CutOff {
         /// The file.
         path: PathBuf,
@@ -62,7 +63,7 @@ pub enum ImageError {
     /// The image is smaller than any detector can work with.
     #[error(
         "{}: {width}x{height} pixels are too few, at least {min}x{min} are needed; use a larger image",
-        .path.display(), min = Program::MIN_SIDE
+        .path.shown(), min = Program::MIN_SIDE
     )]
     TooSmall {
         /// The file.
@@ -77,7 +78,7 @@ pub enum ImageError {
     #[error(
         "{}: {width}x{height} pixels are too many: decoding takes {} MiB, and the limits are {max} pixels a side, {} MiB \
          of samples, and three quarters of the memory; scale the image down",
-        .path.display(), .memory.div_ceil(1 << 20), MAX_BYTES >> 20, max = Program::MAX_SIDE
+        .path.shown(), .memory.div_ceil(1 << 20), MAX_BYTES >> 20, max = Program::MAX_SIDE
     )]
     TooLarge {
         /// The file.
@@ -92,7 +93,7 @@ pub enum ImageError {
     /// The file is longer than 512 MiB, or its decoder needs more than that.
     #[error(
         "{}: the file, or what reading it takes, is larger than {} MiB; scale the image down",
-        .path.display(), MAX_BYTES >> 20
+        .path.shown(), MAX_BYTES >> 20
     )]
     TooLong {
         /// The file.

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::{Server, Token};
 use crate::support::bounded::Bounded;
 use crate::support::durable::replace_now;
+use crate::support::printable::ShownPath as _;
 use crate::support::temporary::{self, Access};
 
 /// Reads the file of an address, which is a line. A link may lead to a file that others have put there.
@@ -16,7 +17,7 @@ const ADDRESS: Bounded = Bounded::to(4096).without_links();
 #[derive(Debug, thiserror::Error)]
 pub enum AddressError {
     /// The file cannot be read or written.
-    #[error("{}: cannot {action}: {source}", .path.display())]
+    #[error("{}: cannot {action}: {source}", .path.shown())]
     File {
         /// The file.
         path: PathBuf,
@@ -26,18 +27,18 @@ pub enum AddressError {
         source: io::Error,
     },
     /// The file holds something else.
-    #[error("{}: does not hold an address of this kind; remove it, or choose another file", .0.display())]
+    #[error("{}: does not hold an address of this kind; remove it, or choose another file", .0.shown())]
     Content(PathBuf),
     /// Others may read the file.
-    #[error("{}: others may read the address in it; `chmod 600` it, or remove it", .0.display())]
+    #[error("{}: others may read the address in it; `chmod 600` it, or remove it", .0.shown())]
     Readable(PathBuf),
     /// It is somebody else's file, who knows the address in it.
-    #[error("{}: belongs to another user, who knows the address in it; remove it, or choose another file", .0.display())]
+    #[error("{}: belongs to another user, who knows the address in it; remove it, or choose another file", .0.shown())]
     Foreign(PathBuf),
     /// The port cannot be had.
     #[error(
         "{}: port {port} of 127.0.0.1 cannot be had: {source}; end the command that uses the same file, or remove the \
-         file for another port", .file.display()
+         file for another port", .file.shown()
     )]
     Port {
         /// The file.

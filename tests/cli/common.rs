@@ -100,14 +100,21 @@ impl Place {
 
     /// What a command prints that does what it is asked, without a word of complaint.
     pub(crate) fn ok(&self, arguments: &[&str]) -> String {
+        self.ok_with_progress(arguments).0
+    }
+
+    /// The same, and the lines about its progress, which go to standard error.
+    pub(crate) fn ok_with_progress(&self, arguments: &[&str]) -> (String, String) {
         let output = self.output(arguments);
-        let complaint = String::from_utf8_lossy(&output.stderr);
+        let aside = String::from_utf8(output.stderr).expect("UTF-8");
         assert!(
-            output.status.success() && complaint.is_empty(),
-            "{arguments:?}: {:?}: {complaint}",
+            output.status.success() && complaints(&aside).is_empty(),
+            "{arguments:?}: {:?}: {aside}",
             output.status
         );
-        String::from_utf8(output.stdout).expect("UTF-8")
+        let quiet = arguments.iter().any(|flag| ["--quiet", "-q"].contains(flag));
+        assert!(aside.is_empty() || !quiet, "{arguments:?}: {aside}");
+        (String::from_utf8(output.stdout).expect("UTF-8"), aside)
     }
 
     /// The complaint of a command that fails with this exit code and leaves no trace in the place.
@@ -118,6 +125,26 @@ impl Place {
         assert!(before == self.everything(), "{arguments:?} left something behind: {complaint}");
         complaint
     }
+}
+
+/// The lines on standard error that are not about the progress of a run, a benchmark, several runs or a drive.
+pub(crate) fn complaints(aside: &str) -> Vec<&str> {
+    let several = |line: &str| {
+        let (done, rest) = line.trim_start().split_once('/')?;
+        let (all, _) = rest.split_once(": ")?;
+        Some(done.parse::<u32>().is_ok() && all.parse::<u32>().is_ok())
+    };
+    let drive = |line: &str| {
+        let (_, rest) = line.split_once(", run ")?;
+        Some(rest.split_once(": ")?.0.parse::<u32>().is_ok())
+    };
+    let beginnings = ["generation ", "measuring ", "Evolving on "];
+    let progress = |line: &&str| {
+        beginnings.iter().any(|beginning| line.starts_with(beginning))
+            || several(line) == Some(true)
+            || drive(line) == Some(true)
+    };
+    aside.lines().filter(|line| !progress(line)).collect()
 }
 
 /// The complaint, held to be one clear error with the right exit code.
@@ -133,7 +160,7 @@ pub(crate) fn one_error(output: &Output, code: i32) -> String {
 
 /// Whether a text has no control characters but the ends of its lines.
 pub(crate) fn plain(text: &str) -> bool {
-    text.chars().all(|c| c == '\n' || !c.is_control())
+    text.chars().all(|c| c == '\n' || !vsonar::support::printable::is_hidden(c))
 }
 
 /// Settings of a run so small that the walker takes no time, without altered copies of the few images.

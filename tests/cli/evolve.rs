@@ -10,15 +10,16 @@ use crate::common::*;
 #[test]
 fn a_run_prints_lines_and_a_summary() {
     let place = Place::new();
-    let text = place.ok(&tiny(&["--train-match", "drive_a*", "--holdout-match", "drive_b*"]));
-    assert!(plain(&text), "control characters in {text:?}");
-    assert_eq!(text.lines().filter(|l| l.starts_with("generation ")).count(), 4, "{text}");
-    for part in ["best ", "mean ", "programs/s", "training", "held out", "best constant per column", "Next:"]
-    {
+    let (text, aside) =
+        place.ok_with_progress(&tiny(&["--train-match", "drive_a*", "--holdout-match", "drive_b*"]));
+    assert!(plain(&text) && plain(&aside), "control characters in {text:?} or {aside:?}");
+    assert!(!text.contains("generation 0") && aside.lines().count() == 4, "progress goes aside: {aside}");
+    for part in ["training", "held out", "best constant per column", "Next:"] {
         assert!(text.contains(part), "no {part:?} in {text}");
     }
     let log = recorded(&place.path("runs/data-seed-1")).log;
-    for (line, record) in text.lines().filter(|l| l.starts_with("generation ")).zip(&log) {
+    for (line, record) in aside.lines().zip(&log) {
+        assert!(["best ", "mean ", "programs/s"].iter().all(|part| line.contains(part)), "{line}");
         let [entropy, nodes] =
             ["case_entropy", "mean_nodes"].map(|field| record[field].as_f64().expect("a number"));
         let spread = format!(
@@ -27,9 +28,10 @@ fn a_run_prints_lines_and_a_summary() {
         );
         assert!(line.contains(&spread) && line.len() <= 130, "no {spread:?} in {line}");
     }
-    for command in ["vsonar eval", "vsonar show", "vsonar ir", "vsonar export"] {
-        assert!(text.contains(&format!("{command} runs/data-seed-1/best.gp")), "{text}");
-    }
+    let next: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("  vsonar ")).collect();
+    let words = |line: &&str| line.split_whitespace().take(2).collect::<Vec<_>>().join(" ");
+    let expected = ["report", "explain", "export"].map(|command| format!("{command} runs/data-seed-1"));
+    assert_eq!(next.iter().map(words).collect::<Vec<_>>(), expected, "the three that matter: {text}");
     for file in ["settings.toml", "log.jsonl", "best.gp", "hall_of_fame.jsonl", "checkpoint"] {
         assert!(place.path("runs/data-seed-1").join(file).is_file(), "{file}");
     }
@@ -48,52 +50,47 @@ fn copied(place: &Place, line: &str) -> String {
     String::from_utf8(output.stdout).expect("UTF-8")
 }
 
-/// The commands of the summary come to its numbers.
+/// The commands of the summary run as they stand, and what a run folder is for comes to its numbers.
 #[cfg(unix)]
 #[test]
 fn commands_to_copy_repeat_the_numbers() {
     let place = Place::new();
-    let check = |arguments: &[&str], evals: usize| {
+    let check = |arguments: &[&str], parts: &[&str]| {
         let text = place.ok(arguments);
-        let lines: Vec<&str> = text.lines().filter(|l| l.starts_with("  vsonar ")).collect();
         let row = text.lines().find_map(|l| l.trim().strip_prefix("correct cases")).expect("a row");
         // As in "10 of 12   7 of 12".
         let words: Vec<&str> = row.split_whitespace().collect();
         let mut numbers = words.split(|word| *word == "of").flatten();
-        let mut seen = 0;
-        for line in lines {
-            if line.contains("--resume") || line.contains("--population") {
-                continue;
-            }
-            // Drives of their full length are the business of `drive`.
-            let line = line.replace(" --against all", " --against all --runs 1 --minutes 0.05");
-            let printed = copied(&place, &line);
-            if line.contains("vsonar eval") {
-                let (correct, cases) = (numbers.next().expect("two"), numbers.next().expect("two"));
-                assert!(
-                    printed.contains(&format!("({correct} of {cases} cases")),
-                    "{line}\n{row}\n{printed}"
-                );
-                seen += 1;
-            }
+        let (_, next) = text.split_once("\nNext:\n").expect("what to do next");
+        let lines: Vec<&str> = next.lines().collect();
+        assert_eq!(lines.len(), 3, "{text}");
+        // A report with rivals takes its time.
+        let report = lines[0].replace("    #", " --no-rivals    #");
+        assert!(copied(&place, &report).contains("report.html: "), "{report}");
+        assert!(copied(&place, lines[1]).contains("answer: a"), "{}", lines[1]);
+        let run = lines[1].split("    #").next().expect("a command").replace("explain", "eval");
+        for part in parts {
+            let printed = copied(&place, &format!("{} --part {part}", run.trim_end()));
+            let (correct, cases) = (numbers.next().expect("two"), numbers.next().expect("two"));
+            assert!(printed.contains(&format!("({correct} of {cases} cases")), "{part}\n{row}\n{printed}");
         }
-        assert_eq!((seen, numbers.next()), (evals, None), "{text}");
-        std::fs::remove_dir_all(place.path("pictures")).expect("shown");
+        assert_eq!(numbers.next(), None, "{text}");
+        assert!(copied(&place, lines[2]).contains("best: images of"), "{}", lines[2]);
     };
     // Other parts have other numbers of cases.
     let parts = ["--train-match", "drive_[a]*", "--holdout-match", "drive_b_{1,3}*"];
-    check(&tiny(&parts), 2);
-    check(&tiny(&["--train-match", "*_[!0].png"]), 1);
+    check(&tiny(&parts), &["train", "holdout"]);
+    check(&tiny(&["--train-match", "*_[!0].png"]), &["train"]);
     // Names that a shell, or the command itself, would take for something else.
     for name in ["-odd", "it's $HOME; a \"#1\""] {
         dataset(4, 1).save(place.path(name)).expect("writable");
         let (data, holdout) = ("--data=data".to_string(), format!("--holdout={name}"));
         let out = format!("--out={name}-run");
         let set = ["evolve", &data, &holdout, &out];
-        check(&[&set[..], TINY].concat(), 2);
+        check(&[&set[..], TINY].concat(), &["train", "holdout"]);
     }
-    // The built-in office, of which the folders are still to be made.
-    check(&["evolve", "--population", "10", "--generations", "1", "--set", "filter.max_draws=2"], 3);
+    let office = ["evolve", "--population", "10", "--generations", "1", "--set", "filter.max_draws=2"];
+    check(&office, &["train", "validation", "holdout"]);
 }
 
 #[test]
@@ -134,7 +131,7 @@ fn a_collapse_is_warned_of_once_and_in_the_summary() {
             .expect("started");
         let [text, complaint] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).expect("UTF-8"));
         assert!(output.status.success() && plain(&text) && plain(&complaint), "{complaint}");
-        (text, complaint)
+        (text, complaints(&complaint).join("\n"))
     };
     let (text, complaint) = run(&["--out", "lines"]);
     let log = recorded(&place.path("lines")).log;
@@ -167,11 +164,11 @@ fn a_collapse_is_warned_of_once_and_in_the_summary() {
 fn altered_copies_are_announced_counted_and_recorded() {
     let place = Place::new();
     let copies = ["--set", "augmentation.variants=2", "--set", "augmentation.mirror=1"];
-    let text = place.ok(&tiny(&[&copies[..], &["--out", "one"]].concat()));
+    let (text, aside) = place.ok_with_progress(&tiny(&[&copies[..], &["--out", "one"]].concat()));
     assert!(text.contains("6 images of 64 x 48 pixels, and 12 altered copies of them"), "{text}");
     assert!(
-        text.contains("With the altered copies of the training images") && text.contains(" unaltered)"),
-        "{text}"
+        text.contains("With the altered copies of the training images") && aside.contains(" unaltered)"),
+        "{text}{aside}"
     );
     let summary = place.ok(&tiny(&[&copies[..], &["--out", "two", "--quiet", "--json"]].concat()));
     let summary: Value = serde_json::from_str(&summary).expect("JSON");
@@ -190,8 +187,8 @@ fn altered_copies_are_announced_counted_and_recorded() {
     let settings = place.read("two/settings.toml");
     assert!(settings.contains("[augmentation]") && settings.contains("mirror = 1.0"), "{settings}");
     // A run without says nothing of them.
-    let text = place.ok(&tiny(&["--out", "plain"]));
-    assert!(!text.contains("altered"), "{text}");
+    let (text, aside) = place.ok_with_progress(&tiny(&["--out", "plain"]));
+    assert!(!text.contains("altered") && !aside.contains("altered"), "{text}{aside}");
     assert!(!place.read("plain/log.jsonl").contains("unaltered"));
 
     // They need memory, which is asked for before they are made.
@@ -346,7 +343,7 @@ fn without_data_there_is_an_office() {
     let small = ["--population", "10", "--generations", "1", "--set", "filter.max_draws=2"];
     let text = place.ok(&[&["evolve"], &small[..]].concat());
     assert!(text.contains("small run") && text.contains("--population 4000 --generations 51"), "{text}");
-    assert!(text.contains("held out") && text.contains("vsonar synth --world fmrb"), "{text}");
+    assert!(text.contains("held out") && text.contains("vsonar report runs/fmrb-seed-1"), "{text}");
     assert!(place.path("runs/fmrb-seed-1/best.gp").is_file());
     // A resume finds it again.
     place.ok(&["evolve", "--resume", "runs/fmrb-seed-1", "--generations", "2", "--quiet"]);
@@ -373,5 +370,5 @@ fn a_reader_that_leaves_ends_the_run_quietly() {
     let status = run.wait().expect("it ends");
     let mut complaint = String::new();
     run.stderr.take().expect("piped").read_to_string(&mut complaint).expect("UTF-8");
-    assert!(status.success() && complaint.is_empty(), "{status}: {complaint}");
+    assert!(status.success() && complaints(&complaint).is_empty(), "{status}: {complaint}");
 }

@@ -244,7 +244,7 @@ fn other_stated_defaults_are_the_real_ones() {
     }
     let ir = help(&["ir"]);
     assert!(of_flag(&ir, "--stage").contains("[default: optimised]"));
-    assert!(of_flag(&ir, "--size").contains("[default: 320x240]"));
+    assert!(of_flag(&ir, "--size").contains("[default: that of the images it was evolved on, else 320x240]"));
     let place = Place::new();
     place.write("up.gp", "(individual (iterate-up 3x3 x-obstacle (set-a y)))");
     let listing = place.ok(&["ir", "up.gp"]);

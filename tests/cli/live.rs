@@ -21,11 +21,22 @@ fn terminal(columns: u16) -> (File, OwnedFd) {
 }
 
 /// All that a command writes on a terminal of so many columns.
-fn seen(place: &Place, arguments: &[&str], columns: u16) -> String {
+pub(crate) fn seen(place: &Place, arguments: &[&str], columns: u16) -> String {
+    seen_with(place, arguments, columns, &[])
+}
+
+/// The same with more variables in its environment.
+pub(crate) fn seen_with(
+    place: &Place,
+    arguments: &[&str],
+    columns: u16,
+    variables: &[(&str, &str)],
+) -> String {
     let (mut ours, theirs) = terminal(columns);
     let mut command = place.command(arguments);
     let out = theirs.try_clone().expect("another of the same");
-    command.env("TERM", "xterm").stdout(Stdio::from(out)).stderr(Stdio::from(theirs));
+    command.env("TERM", "xterm").env("LC_ALL", "C.UTF-8").env_remove("NO_COLOR");
+    command.envs(variables.iter().copied()).stdout(Stdio::from(out)).stderr(Stdio::from(theirs));
     let mut run = command.spawn().expect("started");
     // It holds the other end open.
     drop(command);

@@ -35,6 +35,7 @@ mod show;
 mod sweep;
 mod sweep_faults;
 mod synth;
+mod terminal;
 mod tour;
 mod video;
 mod watch;

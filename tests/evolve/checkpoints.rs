@@ -155,8 +155,8 @@ fn contradictions_are_refused() {
         (|s| s.records[1].best_fitness_so_far = 1.0, "best_fitness_so_far is 1"),
         (|s| s.records[1].max_nodes += 1, "generation 1: max_nodes"),
         (|s| s.records[1].max_depth += 1, "by its population"),
-        (|s| drop(s.population.pop()), "by its population"),
-        (|s| s.population.push(s.population[0].clone()), "by its population"),
+        (|s| drop(s.population.pop()), "generation "),
+        (|s| s.population.push(s.population[0].clone()), "generation 1: "),
         (
             |s| {
                 let mut hall = HallOfFame::default();

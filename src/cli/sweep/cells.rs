@@ -5,6 +5,7 @@ use std::path::Path;
 
 use vsonar::dataset::Variation;
 use vsonar::evolve::Settings;
+use vsonar::support::printable::ShownPath as _;
 
 use super::super::CliError;
 use super::super::cases::Cases;
@@ -73,7 +74,7 @@ impl<'a> Grid<'a> {
                     names.dedup();
                     let text = format!(
                         "--only: {} has no setting `{name}`, but {}",
-                        spec.path.display(),
+                        spec.path.shown(),
                         names.join(", ")
                     );
                     return Err(CliError::Usage(text));
@@ -184,7 +185,7 @@ impl<'a> Grid<'a> {
         CliError::Failed(format!(
             "{}: there is a row of `{}`, `{}`, seed {}, but {text}, and results are never mixed; choose another `--out`, or \
              take the rows of it out of the file",
-            results.path().display(),
+            results.path().shown(),
             row.data,
             row.setting,
             row.seed
@@ -281,7 +282,7 @@ impl<'a> Grid<'a> {
             "{table}\n{tests}{} to make, at most {} and the draws of the initial filters; results in {}\n",
             count(runs, "run"),
             count(evaluations, "individual"),
-            folder.display()
+            folder.shown()
         ))
     }
 }

@@ -12,7 +12,6 @@ mod spec;
 mod view;
 
 use std::fs;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -24,7 +23,7 @@ use super::executor::Choice;
 use super::jobs::{self, Cores};
 use super::memory::MemoryArgs;
 use super::output::{self, count, shell_word, write_file};
-use super::view::Style;
+use super::progress::{Bar, Style};
 use super::{CliError, interrupt, notices};
 use cells::{Grid, Work};
 pub(crate) use report::between;
@@ -34,6 +33,7 @@ use row::Row;
 use runs::On;
 use spec::Spec;
 pub(crate) use view::Meter;
+use vsonar::support::printable::ShownPath as _;
 
 /// The copy of the file in the folder of results.
 const COPY: &str = "spec.toml";
@@ -126,6 +126,8 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         return grid.list(&results, &folder, args.json);
     }
     spec.data.iter().try_for_each(there)?;
+    let style = Style::of(args.quiet);
+    let busy = Bar::spinner(style, "preparing the images");
     let sets: Vec<Cases> = spec.data.iter().map(|data| load(data, args.memory)).collect::<Result<_, _>>()?;
     grid.check_data(&results, &sets)?;
     let executor = args.executor.make()?;
@@ -138,7 +140,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         for path in [COPY, recorded::FOLDER].map(|name| folder.join(name)) {
             if path.symlink_metadata().is_ok() {
                 let text = "is there, and the folder is not that of a sweep, which would write it; choose another `--out`";
-                return Err(CliError::Failed(format!("{}: {text}", path.display())));
+                return Err(CliError::Failed(format!("{}: {text}", path.shown())));
             }
         }
     }
@@ -147,7 +149,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let Some(_lock) = lock else {
         let text =
             "another process is writing this folder; wait until it has ended, or choose another `--out`";
-        return Err(CliError::Failed(format!("{}: {text}", folder.display())));
+        return Err(CliError::Failed(format!("{}: {text}", folder.shown())));
     };
     temporary::clear_in(&folder, |name| [Results::NAME, COPY].contains(&name));
     // Again, now that nobody else writes it.
@@ -158,8 +160,8 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     recorded::write(&folder, grid.asked())?;
     notices::print();
     let stop = interrupt::stop_flag()?;
-    let style = Style::of(args.quiet, args.json);
     let work = grid.work(&results);
+    drop(busy);
     announce(&grid, &results, &work, &folder, cores, &args, style)?;
     let path = results.path().to_path_buf();
     let mut meter = Meter::start(style, work.len());
@@ -191,7 +193,8 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
                 let line = report::line(&row, grid.spec.test);
                 results.put(row);
                 results.write_at_times(|row| grid.rank(row))?;
-                meter.end(&line)
+                meter.end(&line);
+                Ok(())
             },
         );
         // However it ended, what was made is kept.
@@ -207,7 +210,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         return output::print_json(&report);
     }
     output::print(&report.to_string())?;
-    output::print(&format!("\nEvery run is a row of {}\n", results.path().display()))?;
+    output::print(&format!("\nEvery run is a row of {}\n", results.path().shown()))?;
     if !grid.spec.test && sets.iter().any(|cases| cases.holdout.is_some()) {
         output::print("The held-out cases were not looked at; `--test` evaluates the winners on them.\n")?;
     }
@@ -227,7 +230,7 @@ fn adjust(spec: &mut Spec, args: &Args) -> Result<(), CliError> {
         })?;
         let names = || spec.data.iter().map(|data| data.name.as_str()).collect::<Vec<_>>().join(", ");
         let Some(number) = spec.data.iter().position(|data| data.name == name) else {
-            return Err(usage(format!("{} has no data set `{name}`, but {}", spec.path.display(), names())));
+            return Err(usage(format!("{} has no data set `{name}`, but {}", spec.path.shown(), names())));
         };
         let source = spec.data[number].source.clone().with_folder(Path::new(dir))?;
         spec.data[number].source =
@@ -242,7 +245,7 @@ fn there(data: &spec::DataSet) -> Result<(), CliError> {
         Some(folder) if !folder.is_dir() => Err(CliError::Failed(format!(
             "{}: there is no such folder; the images of the data set `{name}` are not part of the file: name yours with \
              `--data {name}=DIR`",
-            output::from_here(folder).display(),
+            output::from_here(folder).shown(),
             name = data.name
         ))),
         _ => Ok(()),
@@ -271,9 +274,8 @@ fn announce(
     style: Style,
 ) -> Result<(), CliError> {
     if results.torn {
-        // Without standard error, it has to do that the run is made again.
-        let text = format!("{}: the last row was torn; its run is made again\n", results.path().display());
-        let _ = io::stderr().write_all(text.as_bytes());
+        let path = output::printable(results.path());
+        output::say(&format!("note: {path}: the last row was torn; its run is made again"));
     }
     if style == Style::Silent || args.json {
         return Ok(());
@@ -285,7 +287,7 @@ fn announce(
         grid.spec.title.as_ref().map_or(String::new(), |title| format!("{title}\n")),
         count(grid.cells.len() as u64, "run"),
         cores.for_runs(work.len()).jobs,
-        folder.display()
+        folder.shown()
     ))
 }
 
@@ -311,7 +313,7 @@ fn interrupted(grid: &Grid<'_>, results: &Results, args: &Args) -> CliError {
     CliError::Interrupted(format!(
         "interrupted with {} of {all} runs saved in {}; go on with the same command: vsonar sweep {} ...",
         all - left,
-        results.path().display(),
+        results.path().shown(),
         shell_word(&args.spec)
     ))
 }

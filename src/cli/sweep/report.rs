@@ -4,10 +4,10 @@ use std::fmt;
 use std::path::PathBuf;
 
 use serde::Serialize;
+use vsonar::evolve::rank;
 use vsonar::statistics::{A12, Magnitude, Quartiles, a12, holm, rank_sum};
 
 use super::super::output::{duration, grouped, percent};
-use super::super::part::rank;
 use super::super::table::Table;
 use super::row::{Part, Row};
 
@@ -266,7 +266,7 @@ impl fmt::Display for Report {
         if self.data.iter().any(|data| !data.comparisons.is_empty()) {
             writeln!(
                 f,
-                "\nA12 (Vargha and Delaney): how likely a run of the setting is better than one of the baseline; 0.5 is no\n\
+                "\nA12 (Vargha and Delaney): how likely a run of the setting is better than one of the baseline; 0.5 is no \
                  difference. p: rank-sum test, two-sided, corrected by Holm for the comparisons in its column."
             )?;
         }

@@ -15,6 +15,7 @@ use super::super::CliError;
 use super::super::jobs::IDLE;
 use super::super::output::write_file;
 use super::row::{Row, csv_of};
+use vsonar::support::printable::ShownPath as _;
 
 /// Reads the results.
 const RESULTS: Bounded = Bounded::to(1 << 30);
@@ -51,7 +52,7 @@ impl Results {
         let mut torn = whole.len() < text.len();
         let columns = Row::columns()?;
         let earlier: Vec<String> = columns.iter().filter(|&name| name != "warning").cloned().collect();
-        let fault = |line: u64, text: String| CliError::Failed(format!("{}:{line}: {text}", path.display()));
+        let fault = |line: u64, text: String| CliError::Failed(format!("{}:{line}: {text}", path.shown()));
         let remedy = "take the line out, so that the run is made again, or choose another `--out`";
         let mut reader = CsvReader::new(whole.as_bytes())
             .map_err(|e| fault(e.line, format!("{}; {remedy}", e.problem)))?;
@@ -67,7 +68,7 @@ impl Results {
         if !is_sound {
             return Err(CliError::Failed(format!(
                 "{}:1: these are not the columns of the results of a sweep; choose another `--out`, or move the file away",
-                path.display()
+                path.shown()
             )));
         }
         let header = csv::StringRecord::from(header);

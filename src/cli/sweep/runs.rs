@@ -8,6 +8,7 @@ use std::time::Instant;
 use vsonar::dataset::Constants;
 use vsonar::evolve::{Evolution, Settings, SharedSet, StopReason};
 use vsonar::exec::Executor;
+use vsonar::support::printable::ShownPath as _;
 use vsonar::tree::Individual;
 
 use super::super::CliError;
@@ -101,7 +102,7 @@ impl On<'_> {
             CliError::Failed(format!(
                 "{}: the program in the row of `{}`, `{}`, seed {} is none: {error}; take the line out, so that the run \
                  is made again",
-                self.results.display(),
+                self.results.shown(),
                 row.data,
                 row.setting,
                 row.seed

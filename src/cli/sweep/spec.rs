@@ -17,6 +17,7 @@ use super::super::source_folder::Folder;
 use super::super::source_made::{Recorded, Synthetic};
 use super::seeds;
 use super::settings::{self, Setting};
+use vsonar::support::printable::ShownPath as _;
 
 /// A sweep.
 #[derive(Debug)]
@@ -114,7 +115,7 @@ impl Spec {
     }
 
     fn parse(path: &Path, text: String) -> Result<Spec, CliError> {
-        let file = File { name: path.display().to_string(), text: &text };
+        let file = File { name: path.shown(), text: &text };
         let raw: Raw = toml::from_str(&text).map_err(|e| file.toml(&e))?;
         let root = DeTable::parse(&text).map_err(|e| file.toml(&e))?.into_inner();
         let settings = settings::all(&file, &root, raw.preset)?;

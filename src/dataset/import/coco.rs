@@ -12,6 +12,7 @@ use super::item::{Found, Ground, Item, Picture};
 use super::names::{below, by_last_parts, leaf};
 use super::{ImportError, Labels, Region, Runs, Surface, bounded};
 use crate::frames::folder::natural;
+use crate::support::printable::ShownPath as _;
 
 /// Most bytes of a file.
 const MAX_BYTES: u64 = 4 << 30;
@@ -90,7 +91,7 @@ pub fn find(path: &Path, images: &Path, labels: &Labels) -> Result<Found, Import
         }
         let Some((picture, name)) = by_last_parts(images, &image.file_name) else {
             let leaf = leaf(&image.file_name);
-            found.leave_out(&name, format!("there is no picture {}", images.join(leaf).display()));
+            found.leave_out(&name, format!("there is no picture {}", images.join(leaf).shown()));
             continue;
         };
         if let Some(reason) = labels.nothing_left(&regions, is_faulty) {
@@ -104,7 +105,7 @@ pub fn find(path: &Path, images: &Path, labels: &Labels) -> Result<Found, Import
         });
         let said = image.width.zip(image.height);
         let ground = Ground::Regions { annotation: path.into(), said, base: labels.base(), regions };
-        let source = format!("{}: images[{index}]", path.display());
+        let source = format!("{}: images[{index}]", path.shown());
         found.items.push(Item { name, picture: Picture::File(picture), ground, source });
     }
     found.items.sort_by(|a, b| natural(&a.name, &b.name));

@@ -4,13 +4,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::ViewError;
+use crate::support::printable::{ShownPath as _, line};
 use crate::vision::ImageError;
 
 /// Why a picture, or all of an annotation, cannot be imported.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
     /// A file or folder cannot be read.
-    #[error("{}: cannot be read: {source}; check the path and the permissions", .path.display())]
+    #[error("{}: cannot be read: {source}; check the path and the permissions", .path.shown())]
     Read {
         /// The file.
         path: PathBuf,
@@ -18,7 +19,7 @@ pub enum ImportError {
         source: io::Error,
     },
     /// An annotation is no JSON, or not of the form expected.
-    #[error("{}: {source}; export the annotations anew, or mend the file there", .path.display())]
+    #[error("{}: {source}; export the annotations anew, or mend the file there", .path.shown())]
     Json {
         /// The file.
         path: PathBuf,
@@ -26,7 +27,7 @@ pub enum ImportError {
         source: serde_json::Error,
     },
     /// Something in an annotation makes no sense.
-    #[error("{}: {place}: {problem}", .path.display())]
+    #[error("{}: {place}: {}", .path.shown(), line(.problem))]
     At {
         /// The file.
         path: PathBuf,
@@ -37,8 +38,8 @@ pub enum ImportError {
     },
     /// An annotation names a file that is not inside the folder.
     #[error(
-        "{}: {place}: `{name}` is not a path below the folder of the images; only those are followed: {remedy}",
-        .path.display()
+        "{}: {place}: `{}` is not a path below the folder of the images; only those are followed: {remedy}",
+        .path.shown(), line(.name)
     )]
     Outside {
         /// The annotation.
@@ -52,7 +53,7 @@ pub enum ImportError {
     },
     /// A picture is annotated twice, and differently.
     #[error(
-        "{second}: tells another ground of the picture {} than {first} does; remove the wrong one of the two", .picture.display()
+        "{second}: tells another ground of the picture {} than {first} does; remove the wrong one of the two", .picture.shown()
     )]
     Twice {
         /// Where it is annotated again.
@@ -69,14 +70,14 @@ pub enum ImportError {
     #[error(
         "{}: has an orientation tag, by which viewers turn the picture and what was marked in it, but detectors see it as it is \
          stored; save picture and annotation upright, without the tag",
-        .path.display()
+        .path.shown()
     )]
     Turned {
         /// The picture, or the file that it is in.
         path: PathBuf,
     },
     /// A mask cannot be used.
-    #[error("{}: {problem}", .path.display())]
+    #[error("{}: {}", .path.shown(), line(.problem))]
     Mask {
         /// The mask.
         path: PathBuf,
@@ -86,7 +87,7 @@ pub enum ImportError {
     /// Picture and annotation are of different sizes.
     #[error(
         "{}: is of {}x{} pixels, and the picture {} has {}x{}; {}",
-        .annotation.display(), .said.0, .said.1, .picture.display(), .size.0, .size.1, remedy(*.said, *.size)
+        .annotation.shown(), .said.0, .said.1, .picture.shown(), .size.0, .size.1, remedy(*.said, *.size)
     )]
     Sizes {
         /// The mask, or the annotation.
@@ -99,7 +100,7 @@ pub enum ImportError {
         size: (u32, u32),
     },
     /// The wanted part is not in the picture.
-    #[error("{}: {source}", .path.display())]
+    #[error("{}: {source}", .path.shown())]
     View {
         /// The picture.
         path: PathBuf,
@@ -109,7 +110,7 @@ pub enum ImportError {
     /// The picture becomes one of another size than those before.
     #[error(
         "{}: becomes {}x{} pixels, and the first picture {}x{}; bring all to one size with `--size {}x{}`",
-        .path.display(), .size.0, .size.1, .first.0, .first.1, .first.0, .first.1
+        .path.shown(), .size.0, .size.1, .first.0, .first.1, .first.0, .first.1
     )]
     Uneven {
         /// The picture.

@@ -20,6 +20,7 @@ use super::json::{pair, shown, whole_value};
 use super::masks::files;
 use super::names::{below, by_last_parts, leaf};
 use super::{ImportError, Labels, Region, Surface, bounded};
+use crate::support::printable::ShownPath as _;
 use crate::vision::{decode_gray, is_turned_bytes};
 
 /// Most bytes of a file, the picture in it included.
@@ -158,7 +159,7 @@ fn read(
     if let Picture::File(picture) = &picture
         && !picture.is_file()
     {
-        found.leave_out(name, format!("there is no picture {}", picture.display()));
+        found.leave_out(name, format!("there is no picture {}", picture.shown()));
         return Ok(None);
     }
     let faults = found.faulty_objects.len();
@@ -174,7 +175,7 @@ fn read(
                 "a {kind} has no area that is known, and it is labelled `{label}`; draw a polygon instead, or remove it"
             )),
             Err(Unusable::NoArea(kind)) => {
-                let place = || format!("{}: shapes[{i}]", path.display());
+                let place = || format!("{}: shapes[{i}]", path.shown());
                 found.skip(format!("labelled `{label}`, a {kind} without an area that is known"), place);
             }
         }
@@ -198,7 +199,7 @@ fn read(
     };
     let said = side(file.width, "imageWidth")?.zip(side(file.height, "imageHeight")?);
     let ground = Ground::Regions { annotation: path.into(), said, base: labels.base(), regions };
-    Ok(Some(Item { name, picture, ground, source: path.display().to_string() }))
+    Ok(Some(Item { name, picture, ground, source: path.shown() }))
 }
 
 fn outside(path: &Path, name: &str) -> ImportError {

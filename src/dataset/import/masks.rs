@@ -9,6 +9,7 @@ use super::item::{Found, Ground, Item, Picture};
 use super::names::stem;
 use super::{Classes, ImportError};
 use crate::frames::folder::{is_hidden, is_image, natural};
+use crate::support::printable::ShownPath as _;
 
 /// Folders within folders that are looked into.
 const DEPTH: usize = 16;
@@ -59,7 +60,7 @@ pub fn find(folders: &Folders, classes: &Classes) -> Result<Found, ImportError> 
         unused.remove(key);
         let mask = folders.masks.join(mask);
         found.items.push(Item {
-            source: mask.display().to_string(),
+            source: mask.shown(),
             picture: Picture::File(folders.images.join(&name)),
             ground: Ground::Mask { path: mask, classes: classes.clone() },
             name,
@@ -91,8 +92,10 @@ pub(super) fn files(
                 Ok(name) => format!("{prefix}{name}"),
                 Err(_) if !wanted(&path) && !path.is_dir() => continue,
                 Err(name) => {
-                    found
-                        .leave_out(format!("{prefix}{}", name.display()), "its name is not UTF-8; rename it");
+                    found.leave_out(
+                        format!("{prefix}{}", Path::new(&name).shown()),
+                        "its name is not UTF-8; rename it",
+                    );
                     continue;
                 }
             };

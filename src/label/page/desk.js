@@ -23,6 +23,8 @@ export function pick(index) { column = index; }
 export function suggest(on) { suggesting = on; }
 
 export const name = (index = image) => session.images[index];
+/// The name as it is shown: without what would turn or hide the words around it.
+export const shownName = (index = image) => session.shown[index];
 export const x = (index = column) => session.columns[index];
 export const mark = (index = column, of = image) => marks.get(name(of), x(index));
 export const asked = () => session.images.length * session.columns.length;

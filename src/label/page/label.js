@@ -1,8 +1,8 @@
 // Labelling: marks are made and taken back, one goes from column to column and from image to image.
 
 import {
-  begun, column, draft, image, inside, isDone, mark, marks, name, pick, places, row, session, suggest, suggested, suggesting,
-  suggestions, told, turnTo, x,
+  begun, column, draft, image, inside, isDone, mark, marks, name, pick, places, row, session, shownName, suggest,
+  suggested, suggesting, suggestions, told, turnTo, x,
 } from "./desk.js";
 import { listen, task } from "./keys.js";
 import { Pointers } from "./pointers.js";
@@ -17,7 +17,7 @@ const RELOAD = 1500;
 /// Only what is seen is marked.
 function displayed() {
   if (view.image) return true;
-  say(lacking || `${name()} is not shown yet: wait for it, then mark.`);
+  say(lacking || `${shownName()} is not shown yet: wait for it, then mark.`);
   unmarked = true;
   return false;
 }
@@ -148,7 +148,7 @@ async function load(index) {
   } catch {
     if (image !== index || view.image) return;
     view.awaited = "";
-    lacking = `${name()} cannot be shown, so it cannot be marked; is vsonar still running?`;
+    lacking = `${shownName()} cannot be shown, so it cannot be marked; is vsonar still running?`;
     say(lacking);
     reload = setTimeout(() => load(index), RELOAD);
   }

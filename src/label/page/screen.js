@@ -1,7 +1,8 @@
 // What is seen of the desk: the picture with its marks, the line below it, the columns, how far it is and what is saved.
 
 import {
-  asked, column, draft, image, isDone, mark, marks, name, row, session, suggested, told, x,
+  asked, column, draft, image, isDone, mark, marks, row, session, shownName, suggested, told,
+  x,
 } from "./desk.js";
 import { Pace } from "./pace.js";
 import { View } from "./view.js";
@@ -71,9 +72,9 @@ function render() {
     before: image > 0 ? mark(i, image - 1) : null,
     suggestion: suggested(i),
   })));
-  $("name").textContent = name();
+  $("name").textContent = shownName();
   $("count").textContent = `Image ${image + 1} of ${session.images.length} · ${session.folder}`;
-  document.title = `${image + 1}/${session.images.length} ${name()} – vsonar label`;
+  document.title = `${image + 1}/${session.images.length} ${shownName()} – vsonar label`;
   canvas.dataset.image = view.image ? image + 1 : "";
   $("loading").hidden = !view.awaited;
   const awaited = `Loading ${view.awaited} …`;

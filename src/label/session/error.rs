@@ -6,6 +6,7 @@ use super::super::images::LeftOut;
 use super::super::store::StoreError;
 use crate::dataset::{DatasetError, Deeper};
 use crate::detector::DetectError;
+use crate::support::printable::{ShownPath as _, line};
 use crate::vision::ImageError;
 
 /// Why a folder cannot be labelled.
@@ -17,7 +18,7 @@ pub enum SessionError {
     /// There is nothing to be labelled in it.
     #[error(
         "{}: there is no image that can be labelled; PNG, JPEG, PNM, BMP and others are known by their endings{}{}",
-        .dir.display(), because(.left_out), deeper(.in_subfolders)
+        .dir.shown(), because(.left_out), deeper(.in_subfolders)
     )]
     NoImages {
         /// The folder.
@@ -36,7 +37,9 @@ pub enum SessionError {
 }
 
 fn because(left_out: &[LeftOut]) -> String {
-    left_out.first().map_or(String::new(), |first| format!(" (`{}`: {})", first.name, first.why))
+    left_out
+        .first()
+        .map_or(String::new(), |first| format!(" (`{}`: {})", line(&first.name), line(&first.why)))
 }
 
 fn deeper(found: &Option<Deeper>) -> String {

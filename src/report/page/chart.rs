@@ -10,6 +10,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use crate::report::scale::{self, Scale};
+use crate::support::printable;
 
 /// Ticks of the axes, at most.
 const TICKS: (usize, usize) = (8, 7);
@@ -314,8 +315,7 @@ fn finite(points: &[Point]) -> Vec<Point> {
 }
 
 fn escaped(text: &str) -> String {
-    let plain: String = text.chars().filter(|c| !c.is_control()).collect();
-    plain.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    printable::line(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use super::model::{Compiled, Difference, Member, Program, Run};
 use crate::evolve::{EntryLine, FolderError, Preset, Record, RunFolder, Settings, SettingsError, Warning};
 use crate::exec::Candidate;
 use crate::ir::text;
+use crate::support::printable::ShownPath as _;
 use crate::tree::{Individual, Node, ProgramFileError};
 
 /// A run folder that cannot be reported on.
@@ -19,7 +20,7 @@ pub enum ReadError {
     #[error(transparent)]
     Folder(#[from] FolderError),
     /// A file cannot be read.
-    #[error("{}: cannot read the file: {error}", .path.display())]
+    #[error("{}: cannot read the file: {error}", .path.shown())]
     File {
         /// The file.
         path: PathBuf,
@@ -34,7 +35,7 @@ pub enum ReadError {
     Program(#[from] ProgramFileError),
     /// A line of a file is damaged.
     #[error(
-        "{}:{line}: this is no {what}: {fault}; the file is damaged (`vsonar evolve --resume {}` makes it again from the checkpoint)", .path.display(), .path.parent().unwrap_or(.path).display()
+        "{}:{line}: this is no {what}: {fault}; the file is damaged (`vsonar evolve --resume {}` makes it again from the checkpoint)", .path.shown(), .path.parent().unwrap_or(.path).shown()
     )]
     Line {
         /// The file.
@@ -48,7 +49,7 @@ pub enum ReadError {
     },
     /// The generations in the log do not follow one another.
     #[error(
-        "{}:{line}: generation {found} where {line_before} should stand; the file is damaged (`vsonar evolve --resume {}` makes it again from the checkpoint)", .path.display(), .path.parent().unwrap_or(.path).display(), line_before = .line - 1
+        "{}:{line}: generation {found} where {line_before} should stand; the file is damaged (`vsonar evolve --resume {}` makes it again from the checkpoint)", .path.shown(), .path.parent().unwrap_or(.path).shown(), line_before = .line - 1
     )]
     Order {
         /// The file.
@@ -76,7 +77,7 @@ impl Run {
             }
             text => text.map_err(|error| ReadError::File { path: path.clone(), error })?,
         };
-        let settings = Settings::from_record(&text, &path.display().to_string())?;
+        let settings = Settings::from_record(&text, &path.shown())?;
         let log = folder.join("log.jsonl");
         let records: Vec<Record> = lines(&log, "generation of a run")?;
         if let Some(wrong) = (0..records.len()).find(|&i| records[i].generation as usize != i) {

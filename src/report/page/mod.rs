@@ -38,6 +38,8 @@ mod tests;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use crate::support::printable;
+
 pub use answers::{Look, PictureRoom, Views};
 pub use chart::PlotError;
 pub use folder::ReadError;
@@ -87,13 +89,10 @@ pub(crate) fn document(title: &str, head: &Markup, body: &Markup) -> String {
     clean(page.into_string())
 }
 
-/// The text without what no page may hold; names of files may.
+/// The page with whatever hides in names of files shown escaped: no page may hold control characters, and an override
+/// of the direction of writing would turn the words around it.
 pub(crate) fn clean(page: String) -> String {
-    let allowed = |c: char| !c.is_control() || c == '\n' || c == '\t';
-    match page.chars().all(allowed) {
-        true => page,
-        false => page.chars().map(|c| if allowed(c) { c } else { char::REPLACEMENT_CHARACTER }).collect(),
-    }
+    printable::lines(&page).into_owned()
 }
 
 /// Sections with a list of them above.

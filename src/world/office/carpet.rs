@@ -71,7 +71,9 @@ impl Carpet {
         let (i, j) = (floor(u), floor(v));
         let (u, v) = (u - i as f32, v - j as f32);
         let (i, j) = (i as usize, j as usize);
-        let (i0, i1, j0, j1) = (i & mask, i.wrapping_add(1) & mask, j & mask, j.wrapping_add(1) & mask);
+        // Left of the first texel they count down from the largest number.
+        let (i1, j1) = (i.wrapping_add(1) & mask, j.wrapping_add(1) & mask);
+        let (i0, j0) = (i & mask, j & mask);
         let row = |j: usize| {
             let (a, b) = (tile[(j << bits) + i0], tile[(j << bits) + i1]);
             a + (b - a) * u

@@ -3,6 +3,7 @@
 use std::str::FromStr;
 
 use super::{ITEMS, Item, ItemKind, Light, Opening, OpeningKind, Person, Plan, PlanError, Start, Stripe};
+use crate::support::printable;
 use crate::world::geometry::{Room, Wall};
 use crate::world::outline::outline;
 
@@ -118,8 +119,9 @@ impl Line<'_> {
 
 /// A word as a message may have it.
 fn shown(word: &str) -> String {
-    let short: String = word.chars().filter(|c| !c.is_control()).take(40).collect();
-    if short.len() < word.len() { short + "..." } else { short }
+    let short: String = word.chars().take(40).collect();
+    let more = if short.len() < word.len() { "..." } else { "" };
+    printable::line(&short).into_owned() + more
 }
 
 impl FromStr for Plan {
