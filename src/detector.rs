@@ -277,6 +277,20 @@ impl Detector for ProgramDetector {
     }
 }
 
+impl<D: Detector + ?Sized> Detector for Arc<D> {
+    fn width(&self) -> u32 {
+        (**self).width()
+    }
+
+    fn height(&self) -> u32 {
+        (**self).height()
+    }
+
+    fn detect(&self, image: &GrayImage, columns: &[u32], rows: &mut [f32]) -> Result<(), DetectError> {
+        (**self).detect(image, columns, rows)
+    }
+}
+
 /// How a robot moved between two frames, by its wheels.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use vsonar::drive::map;
 use vsonar::drive::published::PUBLISHED;
@@ -23,7 +23,7 @@ use super::drive_view::{Ended, Meter};
 use super::executor::with_stack;
 use super::jobs::{Cores, each_watched, useful_threads};
 use super::new_folder::NewFolder;
-use super::program::Loaded;
+use super::program::{Loaded, detector};
 use super::progress::{Bar, Style};
 use super::run_columns::{self, Columns};
 use super::{CliError, interrupt, output};
@@ -127,7 +127,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     let office = building.office()?;
     let columns = args.columns.of(office.size().0)?;
     let program_file = super::program::file(&args.program)?;
-    let mut sensors = vec![program(&program_file, &office)?];
+    let mut sensors = vec![program(&program_file, &office, args.quiet)?];
     let choose = |asked: &Others| Sets::choose(&args.program, world, args.tune_on, asked.rivals());
     let sets = args.against.as_ref().map(choose).transpose()?;
     if let Some((asked, sets)) = args.against.as_ref().zip(sets.as_ref()) {
@@ -223,8 +223,8 @@ fn others(asked: &Others, sets: &Sets) -> Result<Vec<Sensor>, CliError> {
     asked.0.iter().map(sensor).collect()
 }
 
-/// The program, optimised for the office's pictures.
-fn program(path: &Path, office: &Office) -> Result<Sensor, CliError> {
+/// The program, made for the office's pictures.
+fn program(path: &Path, office: &Office, quiet: bool) -> Result<Sensor, CliError> {
     let size = office.size();
     let program = with_stack(|| -> Result<_, CliError> {
         let loaded = Loaded::load(path)?;
@@ -232,9 +232,9 @@ fn program(path: &Path, office: &Office) -> Result<Sensor, CliError> {
         if let Err(other) = loaded.provenance().check_size(size) {
             eprintln!("note: {} {other}, as the robot's camera gives them", output::printable(path));
         }
-        Ok(opt::optimise(&loaded.lowered(size)))
+        Ok(detector(&opt::optimise(&loaded.lowered(size)), quiet))
     })??;
-    Ok(Sensor::Program(Box::new(program)))
+    Ok(Sensor::Program(Arc::new(program)))
 }
 
 /// A run of a sensor, by its place in the list.

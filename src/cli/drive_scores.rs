@@ -13,7 +13,6 @@ use vsonar::world::office::{Kind, World};
 use super::CliError;
 use super::drive_sensor::Sensor;
 use super::eval_cases::run_of;
-use super::program::detector;
 use super::settings::SettingsFile;
 use super::source::Source;
 use super::source_made::Recorded;
@@ -111,7 +110,7 @@ impl Sets {
     /// How one that drives does on them; none for what looks at no images.
     pub(crate) fn scores(&self, sensor: &Sensor) -> Result<Option<Scores>, CliError> {
         let mut detector: Box<dyn SequenceDetector> = match sensor {
-            Sensor::Program(program) => Box::new(detector(program, false)),
+            Sensor::Program(program) => Box::new(program.clone()),
             Sensor::Rival(tuned) => tuned.clone(),
             Sensor::Truth => return Ok(Some(Scores { training: 1.0, held_out: 1.0 })),
             Sensor::Sonar => return Ok(None),

@@ -1,12 +1,13 @@
 //! What drives: the program, and what it is held against.
 
 use std::str::FromStr;
+use std::sync::Arc;
 
 use vsonar::baseline::{Rival, Tuned};
+use vsonar::detector::ProgramDetector;
 use vsonar::drive::flow::{Flow, FlowDetector};
 use vsonar::drive::sonar::Sonar;
 use vsonar::drive::source::{Camera, RangeSource};
-use vsonar::ir::Program;
 use vsonar::world::office::{CHANGED_BUILDING, Kind, Office, Plan, Setup};
 
 use super::CliError;
@@ -76,8 +77,8 @@ impl FromStr for Others {
 /// One that drives.
 #[derive(Debug, Clone)]
 pub(crate) enum Sensor {
-    /// The program, optimised.
-    Program(Box<Program>),
+    /// The program's detector.
+    Program(Arc<ProgramDetector>),
     /// A ring of ideal sonars.
     Sonar,
     /// The true rows.
@@ -121,8 +122,7 @@ impl Sensor {
         let columns = columns.to_vec();
         Ok(match self {
             Sensor::Program(program) => {
-                let detector = super::program::detector(program, false);
-                Box::new(Camera::with(Box::new(detector), office, columns, median))
+                Box::new(Camera::with(Box::new(program.clone()), office, columns, median))
             }
             Sensor::Sonar => Box::new(Sonar::new(seed)),
             Sensor::Truth => Box::new(Camera::with_truth(office, columns)),

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use image::RgbImage;
 use vsonar::dataset::Dataset;
-use vsonar::dataset::scale::in_proportion;
 use vsonar::report::{
     Column, LEGEND, LEGEND_SEVERAL, Style, Tile, contact_sheet_png, draw, draw_several, letter, short_names,
     with_lines,
@@ -127,9 +126,9 @@ impl<'a> Drawing<'a> {
     fn result_of(&self, program: usize) -> String {
         let (correct, all) = (self.correct_of_all(program), self.set.cases().len());
         format!(
-            "{correct} of {all} answers ({}) correct within {}",
-            percent(correct as f64 / all.max(1) as f64),
-            in_proportion(self.style.tolerance, self.set.height())
+            "{correct} of {all} answers correct within {} rows ({})",
+            self.style.tolerance,
+            percent(correct as f64 / all.max(1) as f64)
         )
     }
 
@@ -155,7 +154,11 @@ mod tests {
             pixels: GrayImage::from_pixel(32, 24, Luma([i as u8])),
         };
         // The fourth has no label at all; two are alike.
-        let cases = [0, 0, 1, 1, 2, 2, 4].map(|image| Case { image, x: 8, y: 10 });
+        let cases = [(0, 8), (0, 9), (1, 8), (1, 9), (2, 8), (2, 9), (4, 8)].map(|(image, x)| Case {
+            image,
+            x,
+            y: 10,
+        });
         let set = Dataset::new("set", (0..5).map(image).collect(), cases.into()).expect("sound");
         let order = |answers: &[Vec<f32>]| {
             let programs: Vec<PathBuf> = (0..answers.len()).map(|i| format!("{i}.gp").into()).collect();

@@ -51,7 +51,9 @@ impl Scale {
     }
 
     /// The scale with ticks at these places, as far as they are on it; round numbers if they are too many.
-    pub(crate) fn with_ticks(self, chosen: Vec<f64>) -> Scale {
+    pub(crate) fn with_ticks(self, mut chosen: Vec<f64>) -> Scale {
+        chosen.sort_unstable_by(f64::total_cmp);
+        chosen.dedup();
         Scale { chosen, ..self }
     }
 

@@ -14,7 +14,7 @@ pub const LEGEND_SEVERAL: &str = "A bar for each detector: wide over what it tak
 
 /// Colours that are told apart by every kind of colour vision (M. Okabe and K. Ito, *Color Universal Design*), lightened to
 /// stand out from gray.
-const COLOURS: [Colour; 6] = [
+pub(super) const COLOURS: [Colour; 6] = [
     Rgb([90, 190, 255]),
     Rgb([255, 160, 30]),
     Rgb([60, 215, 160]),

@@ -282,3 +282,45 @@ fn limits() -> Limits {
     limits.max_alloc = Some(2 * MAX_BYTES);
     limits
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tiff::tests::file;
+    use super::*;
+
+    fn error(bytes: &[u8]) -> (ImageError, String) {
+        let error = decode(bytes, Path::new("a.tif")).expect_err("not usable");
+        let text = error.to_string();
+        assert!(text.starts_with("a.tif: "), "{text}");
+        (error, text)
+    }
+
+    #[test]
+    fn tiff_files_that_the_decoder_does_not_read() {
+        // Floating point has no white, whether gray or in colour, of 16, 32 or 64 bits.
+        for (bits, samples) in [(16, 1), (32, 1), (64, 1), (32, 3)] {
+            let photometric = [if samples == 3 { 2 } else { 1 }];
+            let samples = [samples];
+            let tags: [(u16, u16, &[u64]); 3] = [(262, 3, &photometric), (277, 3, &samples), (339, 3, &[3])];
+            let data = vec![0; 16 * 16 * (u64::from(bits) * samples[0] / 8) as usize];
+            let (error, text) = error(&file(true, false, (16, 16), bits, &tags, &data));
+            assert!(matches!(error, ImageError::Float { .. }), "{bits} bits, {samples:?} samples: {text}");
+            assert!(text.contains("floating-point") && text.contains("8 or 16 bits"), "{text}");
+        }
+        // Whole numbers of 32 bits are not damage.
+        let tags: [(u16, u16, &[u64]); 2] = [(262, 3, &[1]), (277, 3, &[1])];
+        let (wrong, text) = error(&file(false, false, (16, 16), 32, &tags, &[0; 1024]));
+        assert!(matches!(wrong, ImageError::Unsupported { .. }), "{text}");
+        assert!(!text.contains("damaged") && text.contains("convert it to PNG"), "{text}");
+        // A palette of two colours: red, and a gray.
+        let map = [65_535, 25_700, 0, 25_700, 0, 25_700];
+        let tags: [(u16, u16, &[u64]); 3] = [(262, 3, &[3]), (277, 3, &[1]), (320, 3, &map)];
+        let whole = file(true, false, (16, 16), 1, &tags, &[0x55; 32]);
+        let image = decode(&whole, Path::new("a.tif")).unwrap_or_else(|e| panic!("{e}"));
+        let expected = |x: u32| if x % 2 == 0 { 76 } else { 100 };
+        assert!(image.has_colour);
+        assert!(image.pixels.enumerate_pixels().all(|(x, _, pixel)| pixel.0[0] == expected(x)));
+        let (cut, text) = error(&whole[..whole.len() - 20]);
+        assert!(matches!(cut, ImageError::Decode { .. }), "{text}");
+    }
+}

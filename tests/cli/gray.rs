@@ -77,6 +77,7 @@ fn files_streams_and_films_of_one_colour_are_equally_bright() {
             &out,
             "--every",
             "1f",
+            "--quiet",
         ]);
         let line: serde_json::Value =
             serde_json::from_str(lines.lines().next().expect("a frame")).expect("JSON");

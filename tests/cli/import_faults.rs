@@ -318,8 +318,8 @@ fn values_in_no_class_are_counted_and_reported() {
     assert!(said.contains("values    255 (ground, 50.0 %), 0 (obstacle, 33.3 %)\n"), "{said}");
     assert!(said.contains("note: 16 pixels (16.7 %) have values in no class"), "{said}");
     assert!(said.contains("80, 175, 231, 247 (4 values)"), "{said}");
-    // Classes that are named are all there are; what is ignored is named too.
-    let said = import(&["--ground", "255", "--obstacle", "0", "--ignore", "80,175,231", "--out", "o2"]);
+    // Classes that are named are all there are.
+    let said = import(&["--ground", "255,175,231", "--obstacle", "0,80", "--out", "o2"]);
     assert!(
         said.contains("4 pixels (4.2 %) have values in no class") && said.contains("247 (1 value)"),
         "{said}"

@@ -32,7 +32,7 @@ impl Homes {
 
     /// No homes yet, in the function being emitted.
     pub(super) fn new(e: &mut Emitter<'_, '_>) -> Homes {
-        let data = StackSlotData::new(StackSlotKind::ExplicitSlot, 0, Homes::ALIGN);
+        let data = StackSlotData::new(StackSlotKind::ExplicitSlot, Homes::BYTES, Homes::ALIGN);
         Homes { slot: e.b.create_sized_stack_slot(data), address: None, count: 0, free: Vec::new() }
     }
 

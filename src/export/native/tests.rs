@@ -5,8 +5,11 @@ use vsonar_ir::generate::{self, Random};
 use vsonar_ir::{Program, opt, reference};
 
 use super::jit::JitRows;
-use super::target::Target;
+use super::target::{KNOWN, Target};
+use super::{NativeError, Object};
+use crate::exec::MAX_COMPILED;
 use crate::exec::cranelift::Shape;
+use crate::export::{Provenance, Request, Symbol};
 use crate::vision::WindowSums;
 
 /// This machine's levels, each with the shapes it can run.
@@ -87,4 +90,32 @@ fn a_stride_whose_product_overflows_is_refused() {
     // Fifteen times this wraps to a few bytes.
     let stride = usize::MAX / 15 + 1;
     code.run(&[0; 64], stride, &[0], &mut [0.0]);
+}
+
+fn request(program: Program) -> Request {
+    let symbol = Symbol::new("long").expect("a symbol");
+    Request { symbol, program, provenance: Provenance::default(), camera: None, median: false }
+}
+
+#[test]
+fn long_programs_are_made_for_every_target() {
+    let program = (0..).map(|seed| generate::program(seed, 40, 24, 3_000)).find(|p| p.len() > 2_500);
+    let request = request(program.expect("some seed gives a long one"));
+    for triple in KNOWN {
+        let target = Target::new(Some(triple), None).expect("known");
+        let object = Object::compile(&request, &target).unwrap_or_else(|e| panic!("{target}: {e}"));
+        assert!(object.bytes.len() > 4 * request.program.len(), "{target}");
+    }
+}
+
+#[test]
+fn what_is_too_long_for_an_object_is_an_error() {
+    let mut text = "vir 1\nimage 16x16\nloop 2 up 2x2\ncolumn\n  v0 = x-obstacle\n  result v0\nbody\n  varying\n    v0 = y\n"
+        .to_string();
+    (1..=MAX_COMPILED).for_each(|reg| text.push_str(&format!("    v{reg} = add v{} v0\n", reg - 1)));
+    text.push_str(&format!("  next a v{MAX_COMPILED}\n"));
+    let request = request(vsonar_ir::text::parse(&text).expect("a program"));
+    let instructions = request.program.len();
+    let refused = Object::compile(&request, &Target::host()).map(|object| object.bytes.len());
+    assert_eq!(refused, Err(NativeError::TooLong { instructions }));
 }

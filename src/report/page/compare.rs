@@ -328,7 +328,7 @@ fn briefs(runs: &[Run]) -> Result<Markup, PlotError> {
     Ok(html! { @for (i, run) in runs.iter().enumerate() {
         details {
             summary { (names[i]) ", seed " (run.seed) }
-            (sections::notes(run)) (sections::result(run))
+            (sections::notes(run)) (sections::result(run, None))
             (curves::growth(run, &format!("r{i}-"))?)
             @if let Some(answers) = &run.answers {
                 h3 { "Errors" }

@@ -109,7 +109,8 @@ fn sections(sections: Vec<Section>) -> Markup {
 
 fn single(report: &Report, run: &Run) -> Result<Markup, PlotError> {
     // The detector first, then how it came about.
-    let mut all: Vec<Section> = vec![("result", "Result", sections::result(run))];
+    let view = run.answers.as_ref().and_then(|answers| Some((answers, answers.views.first()?)));
+    let mut all: Vec<Section> = vec![("result", "Result", sections::result(run, view))];
     if let Some(answers) = run.answers.as_ref().filter(|answers| !answers.pictures.is_empty()) {
         all.push(("pictures", "Pictures", errors::pictures(answers)));
     }

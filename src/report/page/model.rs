@@ -276,14 +276,6 @@ pub struct Answers {
     pub pictures: Vec<Picture>,
 }
 
-impl Answers {
-    /// The view that is most like the whole part: whose share of correct answers is nearest to that of all.
-    pub fn typical(&self) -> Option<&Picture> {
-        let off = |picture: &Picture| (picture.tally.fitness() - self.all.fitness()).abs();
-        self.views.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
-    }
-}
-
 /// How distance is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]

@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
 use super::chart::{Axis, Ink, Plot, PlotError, Series, Shape, Unit};
-use super::model::{Command, Member, Part, Program, Rivals, Run};
+use super::model::{Answers, Command, Member, Part, Picture, Program, Rivals, Run};
 use super::parts::{Figure, Table, between, command, count, duration, grouped, maybe, none, percent, prose};
 use crate::baseline::Rival;
 
@@ -48,9 +48,8 @@ pub(super) fn notes(run: &Run) -> Markup {
     }
 }
 
-/// What there is to know first: how good the winner is, what it sees, and what it does.
-pub(super) fn result(run: &Run) -> Markup {
-    let view = run.answers.as_ref().and_then(|answers| Some((answers, answers.typical()?)));
+/// What there is to know first: how good the winner is, what it sees (in this view of its answers), and what it does.
+pub(super) fn result(run: &Run, view: Option<(&Answers, &Picture)>) -> Markup {
     html! {
         (cards(run))
         div.first {
