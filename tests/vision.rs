@@ -107,7 +107,9 @@ fn pictures(width: u32, height: u32) -> Vec<(String, GrayImage)> {
     few.pixels_mut().for_each(|p| p.0[0] = [0, 1, 2, 255][usize::from(p.0[0] % 4)]);
     all.push(("four values, seed 3".into(), few));
     let mut steps = noise(4, width, height);
-    steps.enumerate_pixels_mut().for_each(|(x, y, p)| p.0[0] = (p.0[0] % 8) + (x * 5 + y * 3) as u8);
+    steps
+        .enumerate_pixels_mut()
+        .for_each(|(x, y, p)| p.0[0] = (p.0[0] % 8).wrapping_add((x * 5 + y * 3) as u8));
     all.push(("noisy ramp, seed 4".into(), steps));
     all.push(("all 0".into(), GrayImage::from_pixel(width, height, Luma([0]))));
     all.push(("all 255".into(), GrayImage::from_pixel(width, height, Luma([255]))));
