@@ -233,8 +233,8 @@ pub struct ProgramDetector(Made);
 
 #[derive(Debug)]
 enum Made {
-    Compiled(CompiledDetector),
-    Interpreted(InterpretedDetector, ExecError),
+    Compiled(Box<CompiledDetector>),
+    Interpreted(Box<InterpretedDetector>, ExecError),
 }
 
 impl ProgramDetector {
@@ -242,8 +242,8 @@ impl ProgramDetector {
     /// ([`vsonar_ir::opt::optimise`]).
     pub fn new(program: &Program) -> ProgramDetector {
         ProgramDetector(match CompiledDetector::compile(program) {
-            Ok(detector) => Made::Compiled(detector),
-            Err(error) => Made::Interpreted(InterpretedDetector::new(program), error),
+            Ok(detector) => Made::Compiled(Box::new(detector)),
+            Err(error) => Made::Interpreted(Box::new(InterpretedDetector::new(program)), error),
         })
     }
 
@@ -257,8 +257,8 @@ impl ProgramDetector {
 
     fn made(&self) -> &dyn Detector {
         match &self.0 {
-            Made::Compiled(detector) => detector,
-            Made::Interpreted(detector, _) => detector,
+            Made::Compiled(detector) => detector.as_ref(),
+            Made::Interpreted(detector, _) => detector.as_ref(),
         }
     }
 }

@@ -105,7 +105,7 @@ impl Compiler {
                 function,
             );
             let name = || format!("{}_{}", owned::prefix(program), kind.symbol());
-            defined.push((kind, module.define(&mut self.context, name).map_err(error)?));
+            defined.push((kind, module.define(&mut self.context, name)?));
             check_stack(&self.context)?;
         }
         let entries = finish(&mut module, program, self.shape, &defined)?;

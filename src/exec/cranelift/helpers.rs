@@ -16,7 +16,6 @@ use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use vsonar_ir::op::Value;
 use vsonar_ir::{Op, Ty};
 
-use super::compiler;
 use super::emit::{Emitter, Shape};
 use super::owned::OwnedModule;
 use super::target::{self, Effort};
@@ -101,7 +100,7 @@ fn define(module: &mut OwnedModule, isa: &dyn TargetIsa) -> Result<[Vec<usize>; 
                 continue;
             }
             let name = || format!("vsonar_{}_{}", op.name(), shape.name());
-            defined.push((shape, op, module.define(&mut context, name).map_err(compiler::error)?));
+            defined.push((shape, op, module.define(&mut context, name)?));
         }
     }
     module.finalize().map_err(ExecError::Memory)?;

@@ -11,6 +11,9 @@ use cranelift_module::{FuncId, Linkage, Module, ModuleError};
 use rustc_hash::FxBuildHasher;
 use vsonar_ir::Program;
 
+use super::compiler::error;
+use crate::exec::ExecError;
+
 /// A JIT module whose memory is freed when this is dropped, after an error or a panic as well.
 ///
 /// Addresses of its functions are valid as long as this lives. While a profiler maps addresses to names (see
@@ -37,16 +40,16 @@ impl OwnedModule {
         &mut self,
         context: &mut Context,
         name: impl FnOnce() -> String,
-    ) -> Result<FuncId, ModuleError> {
+    ) -> Result<FuncId, ExecError> {
         let module = self.module();
         let signature = &context.func.signature;
         let id = if profiled() {
             let free = free_name(module, name());
-            module.declare_function(&free, Linkage::Local, signature)?
+            module.declare_function(&free, Linkage::Local, signature).map_err(error)?
         } else {
-            module.declare_anonymous_function(signature)?
+            module.declare_anonymous_function(signature).map_err(error)?
         };
-        module.define_function(id, context)?;
+        module.define_function(id, context).map_err(error)?;
         Ok(id)
     }
 
