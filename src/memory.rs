@@ -30,9 +30,18 @@ fn total_of(text: &str) -> Option<u64> {
     kib.checked_mul(1024).filter(|&bytes| bytes > 0)
 }
 
-/// Bytes as GiB, rounded up to thousandths, for messages.
-pub(crate) fn gib(bytes: u64) -> f64 {
-    (bytes as f64 / (1u64 << 30) as f64 * 1000.0).ceil() / 1000.0
+/// Bytes that are needed, as GiB, rounded up to thousandths.
+pub(crate) fn gib_needed(bytes: u64) -> f64 {
+    thousandths(bytes).ceil() / 1000.0
+}
+
+/// Bytes that are allowed, as GiB, rounded down to thousandths.
+pub(crate) fn gib_allowed(bytes: u64) -> f64 {
+    thousandths(bytes).floor() / 1000.0
+}
+
+fn thousandths(bytes: u64) -> f64 {
+    bytes as f64 / (1u64 << 30) as f64 * 1000.0
 }
 
 /// Divides a list of costs in bytes into stretches that follow each other, the costs of each at most `room` together.
@@ -77,13 +86,15 @@ mod tests {
     #[test]
     fn stretches_hold_everything_once() {
         assert!(stretches(&[], 5).is_empty());
-        assert_eq!(stretches(&[1; 4], u64::MAX), [0..4]);
+        assert_eq!(stretches(&[1, 1, 1, 9], 4), [0..3, 3..4]);
         assert_eq!(stretches(&[u64::MAX, u64::MAX], 5), [0..1, 1..2]);
         assert_eq!(stretches(&[5, 0, 1, 5], 5), [0..2, 2..3, 3..4]);
     }
 
     #[test]
-    fn shown_numbers_are_rounded_up() {
-        assert_eq!((gib(1 << 30), gib((1 << 30) + 1), gib(0)), (1.0, 1.001, 0.0));
+    fn shown_numbers_never_make_a_need_fit() {
+        let one = 1 << 30;
+        assert_eq!([0, one, one + 1].map(gib_needed), [0.0, 1.0, 1.001]);
+        assert_eq!([0, one, one + 1, one - 1].map(gib_allowed), [0.0, 1.0, 1.0, 0.999]);
     }
 }

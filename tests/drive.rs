@@ -111,10 +111,10 @@ fn a_map_is_well_formed() {
         }
     }
     assert!(open.is_empty() && !text.contains("NaN") && !text.contains("inf"), "{text}");
-    assert!(text.contains("&lt;a &amp;  b&gt;") && text.contains(">5 m<"));
+    assert!(text.contains(r"&lt;a &amp; \u{1b}b&gt;") && text.contains(">2 m<"), "{text}");
     let lines = text.matches("<line ").count();
     assert_eq!(lines, office.walls().len());
-    let path = text.split("<polyline points=\"").nth(1).and_then(|rest| rest.split('"').next());
+    let path = text.split("<polyline class=\"way\" points=\"").nth(1).and_then(|rest| rest.split('"').next());
     assert_eq!(path.map(|points| points.split(' ').count()), Some(run.path.len()));
     assert_eq!(run.end, End::Limit);
 }

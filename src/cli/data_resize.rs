@@ -11,10 +11,11 @@ use vsonar::dataset::import::Crop;
 use vsonar::dataset::{self, CheckReport};
 use vsonar::label::LeftOut;
 use vsonar::label::resize::{Carried, ResizeError, Resized, Resizing, Tags, Wanted};
+use vsonar::support::printable;
 
 use super::data_import::crop;
 use super::new_folder::NewFolder;
-use super::output::{self, count, printable, shell_word};
+use super::output::{self, count, shell_word};
 use super::program::size;
 use super::progress::{Bar, Style};
 use super::{CliError, interrupt};
@@ -218,7 +219,8 @@ fn with_remedy(error: ResizeError) -> CliError {
 
 /// The first ones that were left out, a line each.
 fn named(left_out: &[LeftOut]) -> String {
-    let line = |LeftOut { name, why }: &LeftOut| format!("  {name}: {}\n", why.replace('\n', " "));
+    let line =
+        |LeftOut { name, why }: &LeftOut| format!("  {}: {}\n", printable::line(name), printable::line(why));
     let mut text: String = left_out.iter().take(SHOWN).map(line).collect();
     if left_out.len() > SHOWN {
         text += &format!("  and {} more (`--json` names all of them)\n", left_out.len() - SHOWN);
@@ -230,7 +232,7 @@ fn text(summary: &Summary, cropped: bool) -> String {
     let Summary { folder, images, width, height, labels, skipped, turned, cut, lost, left_out, .. } = summary;
     let image = |number: usize| count(number as u64, "image");
     let label = |number: usize| count(number as u64, "label");
-    let mut text = format!("{}: {} of {width} x {height} pixels", printable(folder), image(*images));
+    let mut text = format!("{}: {} of {width} x {height} pixels", output::printable(folder), image(*images));
     if *labels > 0 {
         text += &format!(", {}", label(*labels));
     }
@@ -267,8 +269,6 @@ fn text(summary: &Summary, cropped: bool) -> String {
     if !left_out.is_empty() {
         text += &format!("left out  {}\n{}", left_out.len(), named(left_out));
     }
-    // Names of files may hold what a terminal would take for commands.
-    let text: String = text.chars().map(|c| if c.is_control() && c != '\n' { '?' } else { c }).collect();
     let next = if *labels > 0 { "evolve --data" } else { "label" };
     format!("{text}Next: vsonar {next} {}\n", shell_word(folder))
 }

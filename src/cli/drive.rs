@@ -14,6 +14,7 @@ use vsonar::drive::summary::Summary;
 use vsonar::drive::video::Video;
 use vsonar::ir::opt;
 use vsonar::support::durable;
+use vsonar::support::printable::ShownPath as _;
 use vsonar::world::office::{FRAME_RATE, Kind, Office, World};
 
 use super::drive_scores::{Sets, own_world};
@@ -230,7 +231,7 @@ fn program(path: &Path, office: &Office, quiet: bool) -> Result<Sensor, CliError
         let loaded = Loaded::load(path)?;
         loaded.check_images(path, size)?;
         if let Err(other) = loaded.provenance().check_size(size) {
-            eprintln!("note: {} {other}, as the robot's camera gives them", output::printable(path));
+            output::say(&format!("note: {} {other}, as the robot's camera gives them", path.shown()));
         }
         Ok(detector(&opt::optimise(&loaded.lowered(size)), quiet))
     })??;

@@ -76,7 +76,7 @@ fn load(dir: &Path, pattern: Option<&String>, memory: MemoryArgs) -> Result<Data
 /// A folder, or those of its images that match.
 fn named(dir: &Path, pattern: Option<&String>, memory: MemoryArgs) -> Result<Named, CliError> {
     let images = pattern.map(|glob| format!(", images {glob}")).unwrap_or_default();
-    Ok(Named { name: format!("{}{images}", dir.display()), set: load(dir, pattern, memory)? })
+    Ok(Named { name: format!("{}{images}", dir.shown()), set: load(dir, pattern, memory)? })
 }
 
 pub(super) fn what(args: &Args) -> Result<What, CliError> {

@@ -192,10 +192,12 @@ fn object(request: &Request, target: &Target) -> Result<Object, CliError> {
     Object::compile(request, target).map_err(|error| {
         let remedy = match &error {
             NativeError::TooLong { .. } => {
-                "; `--emit c,header` exports it as C source, which a C compiler may take long over, and `vsonar run` \
-                 interprets it"
+                "; `--emit c,header` exports it as C source, which C compilers take long over, least at -O1; \
+                 `vsonar run` interprets it"
             }
-            NativeError::Compile(_) | NativeError::Call { .. } => "; `--emit c,header` exports it as C source",
+            NativeError::Compile(_) | NativeError::Call { .. } => {
+                "; `--emit c,header` exports it as C source"
+            }
             NativeError::Target(_) | NativeError::Memory(_) | NativeError::Stack { .. } => "",
         };
         CliError::Failed(format!("{error}{remedy}"))
@@ -272,6 +274,9 @@ fn content(
     })
 }
 
+/// Programs of more instructions take a C compiler several seconds at `-O2`.
+const LONG_FOR_C: usize = 4000;
+
 fn table(summary: &Summary, kinds: &[Kind], request: &Request, target: &Target) -> String {
     let mut out = format!("{}: images of {}x{} pixels", summary.name, summary.width, summary.height);
     match (summary.ranges, summary.median) {
@@ -301,7 +306,10 @@ fn table(summary: &Summary, kinds: &[Kind], request: &Request, target: &Target) 
             Kind::Static.file(&request.symbol, target)
         );
     } else if library(Kind::C) {
-        let _ = writeln!(out, "{compiler} -O2 robot.c -I{folder} {folder}/{}.c -o robot", request.symbol);
+        // What a C compiler takes for long functions grows faster than they do, but less so at the lower level.
+        let level = if request.program.len() > LONG_FOR_C { 1 } else { 2 };
+        let name = &request.symbol;
+        let _ = writeln!(out, "{compiler} -O{level} robot.c -I{folder} {folder}/{name}.c -o robot");
     }
     out
 }

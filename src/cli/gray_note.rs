@@ -7,7 +7,7 @@ use vsonar::vision::GRAY_WEIGHTS;
 
 use super::cases::other_gray;
 use super::eval_cases::run_of;
-use super::output::printable;
+use super::output::{printable, say};
 use super::settings::SettingsFile;
 
 /// Warns if a program is of a run that saw colour by other weights: the images of its folder tell, as far as they are
@@ -25,9 +25,9 @@ pub(crate) fn note_gray(program: &Path) {
         Some(true) => "its images have colour: evolve it anew",
         None => "if its images had colour, evolve it anew",
     };
-    eprintln!(
+    say(&format!(
         "note: {} was evolved with gray by the weights of {weights}, and images and cameras give it by those of \
          {GRAY_WEIGHTS}; {saw}",
         printable(&run)
-    );
+    ));
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use vsonar::dataset::Dataset;
 use vsonar::dataset::scale::{LARGEST_USEFUL, in_proportion, useful_size, usual_tolerance};
 
-use super::output::{from_here, shell_word};
+use super::output::{from_here, say, shell_word};
 
 /// The command that scales the images of this folder and size, if they are larger than is useful.
 pub(crate) fn command(dir: &Path, size: (u32, u32)) -> Option<String> {
@@ -46,7 +46,7 @@ pub(crate) fn note(set: &Dataset, rows: f64) {
     let large = set.folder().and_then(|dir| advice(dir, size));
     // Scaled images are judged by what they become.
     if let Some(note) = large.or_else(|| tolerance(rows, size.1)) {
-        eprintln!("note: {note}");
+        say(&format!("note: {note}"));
     }
 }
 

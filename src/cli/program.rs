@@ -155,7 +155,9 @@ pub(crate) fn detector(program: &Program, quiet: bool) -> ProgramDetector {
 pub(crate) fn note_interpreted(why: impl std::fmt::Display) {
     static SAID: Once = Once::new();
     SAID.call_once(|| {
-        eprintln!("note: the program is interpreted, with the same answers, only slower: {why}");
+        super::output::say(&format!(
+            "note: the program is interpreted, with the same answers, only slower: {why}"
+        ));
     });
 }
 

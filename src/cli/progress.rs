@@ -48,27 +48,25 @@ pub(crate) struct Bar(ProgressBar);
 impl Bar {
     /// A bar of so many steps: its name, the bar, and a message, cut where the terminal ends.
     pub(crate) fn new(style: Style, steps: u64) -> Bar {
-        Bar::drawn(style, Some(steps), "{prefix} {bar} {wide_msg}")
+        Bar::drawn(style, Some(steps), "{prefix} {bar} {wide_msg}", "")
     }
 
     /// A bar that counts its steps by themselves.
     pub(crate) fn counting(style: Style, steps: u64, noun: &str) -> Bar {
-        Bar::drawn(style, Some(steps), &format!("{{pos}}/{{len}} {noun} {{bar}} {{wide_msg}}"))
+        Bar::drawn(style, Some(steps), &format!("{{pos}}/{{len}} {noun} {{bar}} {{wide_msg}}"), "")
     }
 
     /// A sign that something is at work, and what.
     pub(crate) fn spinner(style: Style, what: &str) -> Bar {
-        let bar = Bar::drawn(style, None, "{spinner} {wide_msg}");
-        bar.message(what);
-        bar
+        Bar::drawn(style, None, "{spinner} {wide_msg}", what)
     }
 
     /// A line of text alone.
     pub(crate) fn text(style: Style) -> Bar {
-        Bar::drawn(style, None, "{wide_msg}")
+        Bar::drawn(style, None, "{wide_msg}", "")
     }
 
-    fn drawn(style: Style, steps: Option<u64>, template: &str) -> Bar {
+    fn drawn(style: Style, steps: Option<u64>, template: &str, message: &str) -> Bar {
         if style != Style::Live {
             return Bar(ProgressBar::hidden());
         }
@@ -79,8 +77,11 @@ impl Bar {
                 false => style.progress_chars("=>-").tick_chars("|/-\\ "),
             });
         }
-        bar.enable_steady_tick(TICK);
-        Bar(bar)
+        // What is drawn first has its message.
+        let bar = Bar(bar);
+        bar.message(message);
+        bar.0.enable_steady_tick(TICK);
+        bar
     }
 
     /// Names the bar.

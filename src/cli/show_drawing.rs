@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use image::RgbImage;
 use vsonar::dataset::Dataset;
+use vsonar::dataset::scale::in_proportion;
 use vsonar::report::{
     Column, LEGEND, LEGEND_SEVERAL, Style, Tile, contact_sheet_png, draw, draw_several, letter, short_names,
     with_lines,
@@ -85,8 +86,7 @@ impl<'a> Drawing<'a> {
         let right = |image: usize| -> f64 {
             let correct: usize = (0..self.names.len()).map(|program| self.correct(image, program)).sum();
             let all: usize = self.columns[image].iter().map(Vec::len).sum();
-            // An image without labels has no wrong answer.
-            if all == 0 { 1.0 } else { correct as f64 / all as f64 }
+            correct as f64 / all.max(1) as f64
         };
         let mut images: Vec<usize> = (0..self.columns.len()).collect();
         images.sort_by(|&a, &b| right(a).total_cmp(&right(b)));
@@ -126,9 +126,9 @@ impl<'a> Drawing<'a> {
     fn result_of(&self, program: usize) -> String {
         let (correct, all) = (self.correct_of_all(program), self.set.cases().len());
         format!(
-            "{correct} of {all} answers correct within {} rows ({})",
-            self.style.tolerance,
-            percent(correct as f64 / all.max(1) as f64)
+            "{correct} of {all} answers ({}) correct within {}",
+            percent(correct as f64 / all.max(1) as f64),
+            in_proportion(self.style.tolerance, self.set.height())
         )
     }
 
@@ -153,21 +153,20 @@ mod tests {
             name: format!("{i}.png"),
             pixels: GrayImage::from_pixel(32, 24, Luma([i as u8])),
         };
-        // The fourth has no label at all; two are alike.
-        let cases = [(0, 8), (0, 9), (1, 8), (1, 9), (2, 8), (2, 9), (4, 8)].map(|(image, x)| Case {
+        let cases = [(0, 8), (0, 9), (1, 8), (1, 9), (2, 8), (2, 9), (3, 8)].map(|(image, x)| Case {
             image,
             x,
             y: 10,
         });
-        let set = Dataset::new("set", (0..5).map(image).collect(), cases.into()).expect("sound");
+        let set = Dataset::new("set", (0..4).map(image).collect(), cases.into()).expect("sound");
         let order = |answers: &[Vec<f32>]| {
             let programs: Vec<PathBuf> = (0..answers.len()).map(|i| format!("{i}.gp").into()).collect();
             Drawing::new(&set, &programs, answers, Style { tolerance: 1.0, ..Style::default() }).worst_first()
         };
         let (right, wrong) = (10.0, f32::NAN);
-        assert_eq!(order(&[vec![right, right, wrong, wrong, right, wrong, right]]), [1, 2, 0, 3, 4]);
-        assert_eq!(order(&[vec![wrong; 7]]), [0, 1, 2, 4, 3]);
+        assert_eq!(order(&[vec![right, right, wrong, wrong, right, wrong, right]]), [1, 2, 0, 3]);
+        assert_eq!(order(&[vec![wrong; 7]]), [0, 1, 2, 3]);
         let (one, other) = (vec![right; 7], vec![right, right, right, wrong, wrong, wrong, right]);
-        assert_eq!(order(&[one, other]), [2, 1, 0, 3, 4]);
+        assert_eq!(order(&[one, other]), [2, 1, 0, 3]);
     }
 }

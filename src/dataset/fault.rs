@@ -16,7 +16,7 @@ use crate::support::printable::{self, ShownPath as _};
 
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
-use crate::memory::gib;
+use crate::memory::{gib_allowed, gib_needed};
 
 /// Where a fault was found. Orders as a reader meets them: the folder, then line by line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -86,7 +86,7 @@ pub enum FaultKind {
         "the {images} image(s) take about {} GiB of memory while they are read, and the limit is {} GiB; the largest, \
          `{largest}`, has {width}x{height} pixels: scale the images down (`vsonar data resize`), use fewer, or raise the \
          limit (`--memory {}`)",
-        gib(*.needed), gib(*.limit), gib(*.needed)
+        gib_needed(*.needed), gib_allowed(*.limit), gib_needed(*.needed)
     )]
     Memory {
         /// How many images there are.

@@ -317,7 +317,7 @@ mod tests {
         let tags: [(u16, u16, &[u64]); 3] = [(262, 3, &[3]), (277, 3, &[1]), (320, 3, &map)];
         let whole = file(true, false, (16, 16), 1, &tags, &[0x55; 32]);
         let image = decode(&whole, Path::new("a.tif")).unwrap_or_else(|e| panic!("{e}"));
-        let expected = |x: u32| if x % 2 == 0 { 76 } else { 100 };
+        let expected = |x: u32| if x.is_multiple_of(2) { 76 } else { 100 };
         assert!(image.has_colour);
         assert!(image.pixels.enumerate_pixels().all(|(x, _, pixel)| pixel.0[0] == expected(x)));
         let (cut, text) = error(&whole[..whole.len() - 20]);

@@ -79,13 +79,10 @@ fn body(kind: &str, count: usize, random: &mut Random) -> String {
             }
         }),
         // Formulas that are long by themselves.
-        _ => in_a_row(count / 4, &mut || {
+        _ => in_a_row(count / 3, &mut || {
             let (to, from) = (register(random), register(random));
-            format!(
-                "(set-{to} (+ (sin (* {} {})) (atan2 read-{from} x-obstacle)))",
-                operand(random),
-                number(random)
-            )
+            let wave = format!("(sin (* {} {}))", operand(random), number(random));
+            format!("(set-{to} (+ read-{to} (+ {wave} (atan2 read-{from} x-obstacle))))")
         }),
     }
 }
@@ -151,18 +148,21 @@ fn long_individuals_have_the_walker_s_bits_on_every_executor() {
 fn long_random_programs_have_the_reference_s_bits() {
     let set = cases(77);
     let mut long = 0;
-    for seed in 0..32 {
+    for seed in 0..64 {
         let program = generate::program(seed, 40, 24, 5_000);
         let mut regions = program.clone();
         opt::Pass::Order.run(&mut regions);
         for program in [program, regions] {
-            long += usize::from(program.len() > 1_500);
+            if program.len() < 1_500 || long == 20 {
+                continue;
+            }
+            long += 1;
             super::compare(&mut super::workers(), &program, &set, &format!("seed {seed}"));
             let detector = CompiledDetector::compile(&program).expect("compiles");
             check(&detector, &program, &format!("seed {seed}"));
         }
     }
-    assert!(long > 20, "only {long} programs are long");
+    assert_eq!(long, 20, "programs that are long");
 }
 
 /// Processor time of this thread, in seconds, whatever else the machine does.
@@ -175,7 +175,7 @@ fn processor_time() -> f64 {
     time.tv_sec as f64 + time.tv_nsec as f64 / 1e9
 }
 
-/// Four times the program may take six times as long, and not sixteen or more, as it is where time goes by the square.
+/// Four times the program may take up to eight times as long, and not sixteen, as it is where time goes by the square.
 #[cfg(unix)]
 #[test]
 fn the_time_to_compile_grows_as_the_program() {
@@ -277,7 +277,7 @@ fn what_takes_too_much_stack_is_interpreted() {
 #[test]
 fn auto_does_not_compile_what_it_would_wait_for() {
     let executor = AutoExecutor::new();
-    let individual = individual("choices", 12_000, 3);
+    let individual = individual("choices", 5_000, 3);
     let set = cases(3);
     let candidate = Candidate::new(&individual, set.width(), set.height());
     let mut worker = executor.worker().expect("a worker can be made");

@@ -154,3 +154,35 @@ fn a_run_s_best_program_knows_where_it_comes_from() {
         assert!(header.contains(text), "{text}: {header}");
     }
 }
+
+/// C compilers take long over long functions, least at the lower level.
+#[test]
+fn a_long_program_as_c_is_to_be_compiled_with_less_effort() {
+    let place = Place::new();
+    let mut terms: Vec<String> = (0..2500).map(|i| format!("(* gradient {i}.5)")).collect();
+    while terms.len() > 1 {
+        terms = terms
+            .chunks(2)
+            .map(
+                |pair| if pair.len() == 2 { format!("(+ {} {})", pair[0], pair[1]) } else { pair[0].clone() },
+            )
+            .collect();
+    }
+    for (name, body, level) in [("short", "gradient".to_string(), "-O2"), ("long", terms.remove(0), "-O1")] {
+        place.write(
+            &format!("{name}.gp"),
+            format!("(individual (iterate-up 3x3 x-obstacle (set-a (+ read-b {body}))))"),
+        );
+        let out = place.ok(&[
+            "export",
+            &format!("{name}.gp"),
+            "--emit",
+            "c,header",
+            "--out",
+            name,
+            "--size",
+            "64x48",
+        ]);
+        assert!(out.contains(&format!("cc {level} robot.c")), "{name}: {out}");
+    }
+}

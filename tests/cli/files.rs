@@ -53,8 +53,11 @@ fn huge(path: &Path) {
     std::fs::File::create_new(path).and_then(|file| file.set_len(1 << 42)).expect("a sparse file");
 }
 
+/// Puts something at a path.
+type Make = fn(&Path);
+
 /// In the way of a file that is read, and what is said of it.
-const ODD: [(fn(&Path), &str); 3] =
+const ODD: [(Make, &str); 3] =
     [(pipe, "this is a pipe"), (endless, "this is a device"), (huge, "it is larger than ")];
 
 #[test]

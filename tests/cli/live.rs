@@ -87,7 +87,7 @@ fn a_terminal_shows_signs_of_life_and_keeps_a_warning() {
     let kinds: std::collections::BTreeSet<_> =
         log.iter().filter_map(|line| line["warning"].as_str()).collect();
     assert!(!kinds.is_empty());
-    assert_eq!(text.matches("warning: ").count(), kinds.len(), "once for each kind: {text:?}");
+    assert_eq!(text.matches("warning:").count(), kinds.len(), "once for each kind: {text:?}");
     // What follows the live lines begins on a clean line.
     let summary = text.find("individuals evaluated").expect("a summary");
     let before = text[..summary].rfind("behaviours, the largest").expect("live lines");

@@ -332,7 +332,7 @@ fn several_runs_are_compared_by_their_settings() {
     elements(&page);
     let settings = report["comparison"]["settings"].as_array().expect("a list");
     let names: Vec<&str> = settings.iter().filter_map(|setting| setting["name"].as_str()).collect();
-    assert_eq!(names, ["seed-1 to seed-1-again", "deep", "wide"]);
+    assert_eq!(names, ["seed-1 to seed-10", "deep", "wide"]);
     let seen: BTreeSet<String> = (report["runs"].as_array().expect("a list").iter())
         .map(|run| run["answers"]["views"][0]["name"].to_string())
         .collect();

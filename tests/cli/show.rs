@@ -32,8 +32,9 @@ fn a_picture_for_each_image_and_a_sheet() {
     assert!(text.starts_with("pictures: 6 pictures of data, all of them on contact-sheet.png\n"), "{text}");
     let report = place.ok(&["eval", "p.gp", "--data", "data", "--json"]);
     let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
-    let correct = format!("\n{} of 24 answers correct", report["correct"]);
+    let correct = format!("\n{} of 24 answers (", report["correct"]);
     assert!(text.contains(&correct), "{text}");
+    assert!(text.contains(" %) correct within 10 rows (20.8 % of the height)"), "{text}");
     let mut expected: Vec<String> = dataset(6, 0).images().iter().map(|i| i.name.clone()).collect();
     expected.push("contact-sheet.png".to_string());
     expected.sort();

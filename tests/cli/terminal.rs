@@ -7,7 +7,7 @@ use crate::common::*;
 /// Names that a file system takes and a terminal must not: a line that fakes a message, colours, a title, an 8-bit
 /// sequence, and an override of the direction of writing.
 const EVIL: [&str; 4] = [
-    "a\nerror: all is lost.png",
+    "a\nnote: all is lost.png",
     "b\u{1b}[2J\u{1b}]0;title\u{7}.png",
     "c\u{9b}31m\u{7f}.png",
     "d\u{202e}gnp.\u{2066}e.png",
@@ -15,7 +15,7 @@ const EVIL: [&str; 4] = [
 
 /// The names as they are shown.
 const SHOWN: [&str; 4] = [
-    r"a\nerror: all is lost.png",
+    r"a\nnote: all is lost.png",
     r"b\u{1b}[2J\u{1b}]0;title\u{7}.png",
     r"c\u{9b}31m\u{7f}.png",
     r"d\u{202e}gnp.\u{2066}e.png",
@@ -43,7 +43,7 @@ fn names_give_no_orders_to_the_terminal() {
         for name in names {
             assert!(text.contains(name), "no {name} in {text}");
         }
-        assert!(!text.lines().any(|line| line.starts_with("error: all")), "{text}");
+        assert!(!text.lines().any(|line| line.starts_with("note: all")), "{text}");
     };
     held(&place.ok(&["eval", "p.gp", "--data", "evil", "--tolerance", "0"]), &SHOWN);
     for (i, shown) in SHOWN.iter().enumerate() {

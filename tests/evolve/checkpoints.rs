@@ -136,7 +136,7 @@ fn contradictions_are_refused() {
     assert_eq!(state.records.len(), 2);
     let changes: &[Change] = &[
         (|s| s.records.truncate(1), "generation 0: "),
-        (|s| drop(s.records.remove(0)), "record 0 is of generation 1"),
+        (|s| s.records.rotate_left(1), "record 0 is of generation 1"),
         (|s| s.records[0].generation = 4_000_000_000, "record 0 is of generation 4000000000"),
         (|s| s.records[1].generation = 0, "record 1 is of generation 0"),
         (|s| s.records.push(s.records[1].clone()), "record 2 is of generation 1"),

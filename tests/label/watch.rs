@@ -78,6 +78,8 @@ fn it_keeps_up_and_leaves_the_reader_alone() {
     let browser = Browser::start(Screen::Desktop);
     browser.open(&watched.address);
     browser.wait("document.getElementById('g-fitness-t')");
+    // A single generation is a dot.
+    browser.wait(&format!("{FIGURE}.querySelector('svg polyline.l-s0')"));
     // Somebody opens the numbers of a plot, goes there, marks a word and has the keyboard at a line to open.
     browser.get(&format!(
         "(() => {{ window.kept = {FIGURE}.querySelector('details'); kept.open = true; window.svg = {FIGURE}.querySelector(':scope > svg'); \

@@ -299,7 +299,7 @@ pub(super) fn program(program: &Program) -> Markup {
             @if text.trees.len() <= TREE_BYTES {
                 details {
                     summary { "The trees; what does nothing is pale" }
-                    div.scroll tabindex="0" { img.plain alt="The trees, as they are written below" src=(svg_uri(&text.trees)); }
+                    div.scroll tabindex="0" role="region" aria-label="The trees" { img.plain alt="The trees, as they are written below" src=(svg_uri(&text.trees)); }
                 }
             } @else {
                 p { "The trees are too large for a picture here; " (command("vsonar explain --svg")) " draws them." }
