@@ -7,7 +7,7 @@ use vsonar::benchmark::{Fresh, StoreKey, evolve_fresh};
 use vsonar::dataset::Dataset;
 use vsonar::evolve::{Evolution, Settings};
 use vsonar::support::bounded::Bounded;
-use vsonar::support::printable;
+use vsonar::support::printable::{self, ShownPath as _};
 
 use super::CliError;
 use super::bench::interrupted;
@@ -34,7 +34,7 @@ pub(crate) fn individuals(
     let mut made = Vec::new();
     if let Some(last) = missing.last() {
         if style == Style::Lines {
-            let store = output::printable(store);
+            let store = store.shown();
             output::say(&format!("Evolving on {}, to be kept in {store}", printable::line(data.name())));
         }
         // Results do not depend on the executor; the first in the list is the fastest.

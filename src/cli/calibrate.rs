@@ -91,7 +91,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         output::print_json(&found)
     } else if args.quiet {
         for warning in &found.warnings {
-            output::say(&format!("warning: {}: {warning}", output::printable(&args.table)));
+            output::say(&format!("warning: {}: {warning}", args.table.shown()));
         }
         Ok(())
     } else {

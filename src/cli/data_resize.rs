@@ -11,7 +11,7 @@ use vsonar::dataset::import::Crop;
 use vsonar::dataset::{self, CheckReport};
 use vsonar::label::LeftOut;
 use vsonar::label::resize::{Carried, ResizeError, Resized, Resizing, Tags, Wanted};
-use vsonar::support::printable;
+use vsonar::support::printable::{self, ShownPath as _};
 
 use super::data_import::crop;
 use super::new_folder::NewFolder;
@@ -232,7 +232,7 @@ fn text(summary: &Summary, cropped: bool) -> String {
     let Summary { folder, images, width, height, labels, skipped, turned, cut, lost, left_out, .. } = summary;
     let image = |number: usize| count(number as u64, "image");
     let label = |number: usize| count(number as u64, "label");
-    let mut text = format!("{}: {} of {width} x {height} pixels", output::printable(folder), image(*images));
+    let mut text = format!("{}: {} of {width} x {height} pixels", folder.shown(), image(*images));
     if *labels > 0 {
         text += &format!(", {}", label(*labels));
     }

@@ -124,7 +124,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
         .map_or_else(String::new, |large| format!("note: {large}\n"));
     output::print(&format!(
         "{}: {} of {width} x {height} pixels\n{note}Next: vsonar label {word}\n",
-        output::printable(&args.out),
+        args.out.shown(),
         count(frames, "frame"),
     ))
 }

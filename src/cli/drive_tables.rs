@@ -7,10 +7,11 @@ use serde::Serialize;
 use vsonar::drive::published::{PUBLISHED, Published};
 use vsonar::drive::run::{End, Run, Settings};
 use vsonar::drive::summary::Summary;
+use vsonar::support::printable::ShownPath as _;
 use vsonar::world::office::FRAME_RATE;
 
 use super::drive_scores::{Scores, TunedOn};
-use super::output::{percent, printable};
+use super::output::percent;
 use super::table::Table;
 
 /// Everything.
@@ -105,7 +106,7 @@ fn heading(report: &Report) -> String {
     let done: usize = report.sensors.iter().map(|sensor| sensor.runs.len()).sum();
     let mut out = format!(
         "{} in {building}\nColumns {}; {}; limit {} min a run\n",
-        printable(&report.program),
+        report.program.shown(),
         columns.join(","),
         if *median { "the median of the last 3 answers is believed" } else { "no median" },
         settings.seconds / 60.0

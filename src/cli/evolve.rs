@@ -7,13 +7,14 @@ use std::time::Instant;
 
 use vsonar::dataset::Dataset;
 use vsonar::evolve::{Evolution, RunFolder, Settings, SharedSet, StopReason};
+use vsonar::support::printable::ShownPath as _;
 
 use super::cases::Cases;
 use super::data_args::DataArgs;
 use super::evolve_watch::WatchArgs;
 use super::executor::Choice;
 use super::memory::MemoryArgs;
-use super::output::{self, count, grouped, printable, shell_word};
+use super::output::{self, count, grouped, shell_word};
 use super::progress::{Bar, Style};
 use super::settings::SettingsArgs;
 use super::source::Source;
@@ -315,7 +316,7 @@ fn announce(run: &Prepared, args: &Args, style: Style) -> Result<(), CliError> {
         0 => String::new(),
         copies => format!(", and {} altered copies of them", grouped(copies)),
     };
-    let named = run.named.as_ref().map_or(String::new(), |file| format!(", as {} says", printable(file)));
+    let named = run.named.as_ref().map_or(String::new(), |file| format!(", as {} says", file.shown()));
     let left_out = match run.cases.left_out as u64 {
         0 => String::new(),
         images => format!("; {} beside a cut in no part", count(images, "image")),
@@ -330,7 +331,7 @@ fn announce(run: &Prepared, args: &Args, style: Style) -> Result<(), CliError> {
         grouped(settings.population.into()),
         count(settings.generations.into(), "generation"),
         settings.seed,
-        printable(&run.folder)
+        run.folder.shown()
     ))
 }
 

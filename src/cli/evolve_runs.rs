@@ -70,8 +70,7 @@ pub(crate) fn run(args: &Args, runs: u16) -> Result<(), CliError> {
     let stop = interrupt::stop_flag()?;
     let total = all.len() * folds.len();
     if style != Style::Silent && !args.json {
-        let named =
-            named.as_ref().map_or(String::new(), |file| format!(", as {} says", output::printable(file)));
+        let named = named.as_ref().map_or(String::new(), |file| format!(", as {} says", file.shown()));
         let folds = args
             .folds
             .map_or(String::new(), |k| format!(", each without one of {k} parts that it is tested on"));

@@ -127,7 +127,7 @@ pub(crate) fn run(mut args: Args) -> Result<(), CliError> {
     }
     let set = data.as_ref().map(|(set, _)| set);
     let case = case(&args, set)?;
-    let name = output::printable(&path);
+    let name = path.shown();
     with_stack(|| {
         let explanation = explain(&args, &individual, data.as_ref())?;
         let trace = set.zip(case).map(|(set, case)| Trace::of(&explanation.listing, set, case));

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use vsonar::dataset::any_colour;
+use vsonar::support::printable::ShownPath as _;
 use vsonar::vision::GRAY_WEIGHTS;
 
 use super::cases::other_gray;
 use super::eval_cases::run_of;
-use super::output::{printable, say};
+use super::output::say;
 use super::settings::SettingsFile;
 
 /// Warns if a program is of a run that saw colour by other weights: the images of its folder tell, as far as they are
@@ -28,6 +29,6 @@ pub(crate) fn note_gray(program: &Path) {
     say(&format!(
         "note: {} was evolved with gray by the weights of {weights}, and images and cameras give it by those of \
          {GRAY_WEIGHTS}; {saw}",
-        printable(&run)
+        run.shown()
     ));
 }

@@ -11,12 +11,12 @@ use vsonar::dataset::scale::useful_size;
 use vsonar::detector::ProgramDetector;
 use vsonar::ir::opt;
 use vsonar::label::{self, Columns, LeftOut, Progress, Session, SessionError};
-use vsonar::support::printable::line;
+use vsonar::support::printable::{ShownPath as _, line};
 use vsonar::web::Server;
 
 use super::executor::with_stack;
 use super::gray_note::note_gray;
-use super::output::{self, count, printable, shell_word};
+use super::output::{self, count, shell_word};
 use super::program::{self, Loaded};
 use super::{CliError, interrupt, large, notices, run_columns, serve};
 
@@ -136,7 +136,7 @@ fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliErro
     let (images, progress) = (session.images().count(), session.progress());
     if args.json {
         if args.dir.to_str().is_none() {
-            let dir = printable(&args.dir);
+            let dir = args.dir.shown();
             return Err(CliError::Failed(format!(
                 "{dir}: --json: the name is not UTF-8; rename the folder, or go without `--json`"
             )));
@@ -164,12 +164,12 @@ fn announce(args: &Args, session: &Session, address: &str) -> Result<(), CliErro
     output::print(&format!(
         "{}: {} of {width} x {height} pixels, {}; {} of {} made\nOpen {address}\n\
          Every mark is saved at once in {}. Ctrl-C ends.\n",
-        printable(&args.dir),
+        args.dir.shown(),
         count(images as u64, "image"),
         count(session.columns().len() as u64, "column"),
         progress.labels + progress.skipped,
         count(progress.asked as u64, "mark"),
-        printable(&output::from_here(&session.table())),
+        output::from_here(&session.table()).shown(),
     ))
 }
 
@@ -188,7 +188,7 @@ fn saved(session: &Session, columns: Option<&run_columns::Columns>) -> String {
         "{} of {} made: {of_all} in {}",
         labels + skipped,
         count(asked as u64, "mark"),
-        printable(&table)
+        table.shown()
     );
     if skipped > 0 {
         text += &format!(", {} skipped", count(skipped as u64, "column"));

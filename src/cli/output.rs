@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use vsonar::support::durable;
-use vsonar::support::printable::{ShownPath as _, is_hidden};
+use vsonar::support::printable::{self, ShownPath as _, is_hidden};
 use vsonar::support::temporary::{self, Access, TemporaryFile};
 
 pub(crate) use super::terminal::{print, print_data, print_json, print_json_line, print_listing, say};
@@ -164,11 +164,6 @@ pub(crate) fn from_here(path: &Path) -> PathBuf {
     below.filter(|below| !below.as_os_str().is_empty()).unwrap_or_else(|| path.to_path_buf())
 }
 
-/// The path for people, on one line.
-pub(crate) fn printable(path: &Path) -> String {
-    path.shown()
-}
-
 /// A share as a percentage with one decimal.
 pub(crate) fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
@@ -176,15 +171,7 @@ pub(crate) fn percent(share: f64) -> String {
 
 /// A whole number with commas between its thousands.
 pub(crate) fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut out = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            out.push(',');
-        }
-        out.push(digit);
-    }
-    out
+    printable::grouped(&number.to_string())
 }
 
 /// A number and what it counts: `1 image`, `2 images`.

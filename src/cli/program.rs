@@ -132,7 +132,7 @@ pub(crate) fn note_size(path: &Path, text: &str, size: (u32, u32)) {
         let (width, height) = other.evolved;
         super::output::say(&format!(
             "note: {} {other}; scale them to {width}x{height}, as ffmpeg does by `-vf scale={width}:{height}`",
-            super::output::printable(path)
+            path.shown()
         ));
     }
 }

@@ -97,7 +97,7 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     }
     if !args.json {
         for run in &report.runs {
-            let folder = output::printable(Path::new(&run.folder));
+            let folder = Path::new(&run.folder).shown();
             run.missing.iter().for_each(|missing| output::say(&format!("note: {folder}: {missing}")));
         }
     }
@@ -133,7 +133,8 @@ fn flatten(name: &str, value: &toml::Value, out: &mut BTreeMap<String, String>) 
 }
 
 fn below(path: &Path, levels: u32, found: &mut Vec<PathBuf>) -> Result<(), CliError> {
-    if path.join("settings.toml").is_file() {
+    // Whatever it is: reading it says what it should be.
+    if path.join("settings.toml").exists() {
         found.push(path.to_path_buf());
         return Ok(());
     }
@@ -175,7 +176,7 @@ fn report(args: &Args, folders: &[PathBuf], progress: &Bar) -> Result<Report, Cl
     let mut all_settings: Vec<Settings> = Vec::new();
     let mut data = Data::default();
     for folder in folders {
-        progress.message(&format!("{}: reading", output::printable(folder)));
+        progress.message(&format!("{}: reading", folder.shown()));
         let file = SettingsFile::read(&folder.join("settings.toml"))?;
         let settings = file.recorded()?;
         let table = file.data().cloned().unwrap_or_default();

@@ -19,7 +19,7 @@ use super::cases::Cases;
 use super::eval_cases::settings_of;
 use super::executor::with_stack;
 use super::memory::MemoryArgs;
-use super::output::{printable, shell_word};
+use super::output::shell_word;
 use super::program::note_interpreted;
 use super::progress::Bar;
 use super::source::Source;
@@ -86,7 +86,7 @@ impl Data {
             None => source,
         };
         if self.last.as_ref().is_none_or(|(last, _)| last != table) {
-            wanted.progress.message(&format!("{}: its data", printable(folder)));
+            wanted.progress.message(&format!("{}: its data", folder.shown()));
             self.last = None;
             match load(&source, table, folder, wanted) {
                 Ok(cases) => self.last = Some((table.clone(), Loaded { cases, sets: Vec::new() })),
@@ -101,7 +101,7 @@ impl Data {
                 }
             }
         }
-        run.tested_on = wanted.holdout.map(printable);
+        run.tested_on = wanted.holdout.map(|folder| folder.shown());
         run.commands = vec![evolve(run, folder, wanted.data)];
         let Some((_, loaded)) = self.last.as_mut() else {
             run.commands.extend(without_data(folder));
@@ -155,7 +155,7 @@ fn evaluate(
     if run.program.is_none() {
         return Ok(());
     }
-    wanted.progress.message(&format!("{}: evaluating", printable(folder)));
+    wanted.progress.message(&format!("{}: evaluating", folder.shown()));
     let file = folder.join("best.gp");
     let best = Individual::load(&file)?;
     // What is held out is not looked at before the run is complete, unless it was asked for.
@@ -204,7 +204,7 @@ fn evaluate(
         program.compiled = Some(Compiled::of(&best, size));
     }
     if let Some((part, set, _)) = last.as_ref().filter(|_| wanted.explained) {
-        wanted.progress.message(&format!("{}: explaining", printable(folder)));
+        wanted.progress.message(&format!("{}: explaining", folder.shown()));
         let set = (*set).clone().named(format!("the {} images", part.name()));
         match explain(&best, &set, tolerance)? {
             Ok(explanation) => {
@@ -221,7 +221,7 @@ fn evaluate(
     if let Some(camera) = &camera {
         camera.check(set.width(), set.height())?;
     }
-    wanted.progress.message(&format!("{}: errors and pictures", printable(folder)));
+    wanted.progress.message(&format!("{}: errors and pictures", folder.shown()));
     let look = Look {
         part,
         tolerance,
@@ -232,7 +232,7 @@ fn evaluate(
     };
     run.answers = Some(Answers::of(set, &answers, &look));
     if wanted.rivals {
-        wanted.progress.message(&format!("{}: tuning the rivals", printable(folder)));
+        wanted.progress.message(&format!("{}: tuning the rivals", folder.shown()));
         let named = |part: Part, set: &Dataset| Named { name: part.name().to_string(), set: set.clone() };
         let comparison = Comparison {
             program: Some((&file, &best)),

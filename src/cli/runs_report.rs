@@ -7,8 +7,9 @@ use serde::Serialize;
 use vsonar::evolve::{Warning, rank};
 use vsonar::report::page::Score;
 use vsonar::statistics::Quartiles;
+use vsonar::support::printable::ShownPath as _;
 
-use super::output::{self, grouped, percent, printable};
+use super::output::{self, grouped, percent};
 use super::source::Source;
 use super::summary::steps;
 use super::sweep::between;
@@ -164,7 +165,7 @@ impl fmt::Display for Report {
                 cells.push(score.map_or(String::new(), |part| percent(part.fitness)));
                 cells.push(score.map_or(String::new(), |part| percent(part.constant_per_column)));
             }
-            let path = printable(&one.run);
+            let path = one.run.shown();
             cells.extend([grouped(one.nodes as u64), format!("{:.1}", one.seconds), path]);
             table.row(cells);
         }
@@ -193,7 +194,7 @@ impl fmt::Display for Report {
         let collapsed: Vec<&One> = self.runs.iter().filter(|one| one.warning.is_some()).collect();
         if let Some(warning) = collapsed.first().and_then(|one| one.warning.as_ref()) {
             let (some, all) = (collapsed.len(), self.runs.len());
-            let runs: Vec<String> = collapsed.iter().map(|one| printable(&one.run)).collect();
+            let runs: Vec<String> = collapsed.iter().map(|one| one.run.shown()).collect();
             writeln!(
                 f,
                 "Warning: {some} of {all} runs ended collapsed ({}). Of the first: {warning}",
@@ -202,7 +203,7 @@ impl fmt::Display for Report {
         }
         if let Some(best) = &self.best {
             let by = if self.validation.is_some() { "in validation" } else { "on the training cases" };
-            writeln!(f, "The best {by}: {}", printable(best))?;
+            writeln!(f, "The best {by}: {}", best.shown())?;
         }
         let caution = self.runs.iter().find_map(|one| one.caution.as_ref());
         caution.iter().try_for_each(|caution| writeln!(f, "\n{caution}"))?;

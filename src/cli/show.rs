@@ -145,7 +145,7 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
         said += &format!(
             "{}: {images} of {}, all of them on {}\n",
             out.shown(),
-            output::printable(Path::new(set.name())),
+            Path::new(set.name()).shown(),
             sheets.join(", ")
         );
     }
@@ -153,7 +153,7 @@ fn pictures(args: Args, watch: impl FnOnce() -> Result<Arc<AtomicBool>, CliError
         let frames = (0..set.images().len()).map(|i| drawing.keyed(i, &drawing.picture(i)));
         video.write(frames, args.fps, &stop)?;
         let images = count(set.images().len() as u64, "frame");
-        said += &format!("{}: {images}\n", output::printable(path));
+        said += &format!("{}: {images}\n", path.shown());
     }
     // At the end, so that nothing appears if anything fails.
     folder.map_or(Ok(()), NewFolder::finish)?;

@@ -7,10 +7,11 @@ use serde::Serialize;
 use vsonar::dataset::{Constants, TOLERANCE};
 use vsonar::evolve::{Evolution, Preset, Settings, Warning};
 use vsonar::report::page;
+use vsonar::support::printable::ShownPath as _;
 
 use super::CliError;
 use super::cases::Cases;
-use super::output::{count, duration, from_here, percent, printable, shell_flag, shell_word};
+use super::output::{count, duration, from_here, percent, shell_flag, shell_word};
 use super::part::Part;
 use super::source::Source;
 use super::source_parts;
@@ -204,7 +205,7 @@ impl fmt::Display for Report {
             "The program has {} and came up in generation {}: {}",
             count(self.best.nodes as u64, "node"),
             self.best.generation,
-            printable(&self.best.file)
+            self.best.file.shown()
         )?;
         self.warnings.iter().try_for_each(|warning| writeln!(f, "\nWarning: {warning}"))?;
         if self.small {

@@ -7,6 +7,8 @@ use std::ops::Range;
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
+use crate::support::printable;
+
 /// The least part of its greatest number that a linear range spans; less is widened, as nobody could read it.
 const NARROWEST: f64 = 1e-9;
 /// Room on both sides of the values of a logarithmic scale, as a factor.
@@ -166,22 +168,10 @@ pub(crate) fn label(value: f64) -> String {
             let text = value.to_string();
             let (whole, part) = text.split_at(text.find('.').unwrap_or(text.len()));
             let (sign, digits) = whole.split_at(usize::from(whole.starts_with('-')));
-            format!("{sign}{}{part}", grouped(digits))
+            format!("{sign}{}{part}", printable::grouped(digits))
         }
         _ => format!("{value:e}"),
     }
-}
-
-/// Digits with commas between thousands.
-pub(crate) fn grouped(digits: &str) -> String {
-    let mut out = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            out.push(',');
-        }
-        out.push(digit);
-    }
-    out
 }
 
 /// The binary64 nearest to a decimal; infinite beyond the greatest.

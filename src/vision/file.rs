@@ -136,7 +136,7 @@ impl Header {
     }
 }
 
-/// Reads an image file as 8-bit gray (see [`gray`](super::gray)). The format is known by the content, or by the name's
+/// Reads an image file as 8-bit gray (see [`gray`]). The format is known by the content, or by the name's
 /// extension where the content does not tell. Of an animation the first picture counts.
 ///
 /// # Errors

@@ -6,7 +6,7 @@
 //!                  executors <── arenas of strips, 128 fitness cases a group ── CaseSet
 //! ```
 //!
-//! * [`file`]: image files of any format, what their headers say and their pixels;
+//! * [`mod@file`]: image files of any format, what their headers say and their pixels;
 //! * [`gray`]: colour and deep samples to 8-bit gray, by the weights of BT.601;
 //! * [`planes`]: the eight image operators at every pixel;
 //! * [`sums`]: window averages in constant time, exact;

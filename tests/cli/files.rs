@@ -68,6 +68,7 @@ fn files_of_a_run_are_files() {
     for (name, arguments) in [
         ("checkpoint", &["evolve", "--resume", "run", "--generations", "5", "--quiet"][..]),
         ("settings.toml", &["evolve", "--resume", "run", "--quiet"]),
+        ("settings.toml", &["report", "run", "--out", "page.html"]),
         ("log.jsonl", &["report", "run", "--out", "page.html"]),
         ("hall_of_fame.jsonl", &["report", "run", "--out", "page.html"]),
     ] {

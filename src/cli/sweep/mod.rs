@@ -274,7 +274,7 @@ fn announce(
     style: Style,
 ) -> Result<(), CliError> {
     if results.torn {
-        let path = output::printable(results.path());
+        let path = results.path().shown();
         output::say(&format!("note: {path}: the last row was torn; its run is made again"));
     }
     if style == Style::Silent || args.json {

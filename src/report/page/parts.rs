@@ -3,8 +3,8 @@
 use maud::{Markup, PreEscaped, html};
 
 use super::chart::{Ink, Marker, Plot, PlotError, Shape};
-use crate::report::scale;
 use crate::statistics::Quartiles;
+use crate::support::printable;
 
 /// Points of a line, at most: more than a screen has across.
 pub(super) const POINTS: usize = 600;
@@ -181,7 +181,7 @@ pub(super) fn grouped(value: f64) -> String {
     match value.abs() {
         ..1e15 => {
             let sign = if value <= -0.5 { "-" } else { "" };
-            format!("{sign}{}", scale::grouped(&format!("{:.0}", value.abs())))
+            format!("{sign}{}", printable::grouped(&format!("{:.0}", value.abs())))
         }
         _ if value.is_finite() => format!("{value:.2e}"),
         _ => none(),
