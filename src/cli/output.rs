@@ -84,8 +84,8 @@ fn written(path: &Path, bytes: &[u8]) -> io::Result<TemporaryFile> {
 }
 
 /// Puts files into a folder, all of them or none: each is written under a temporary name, and only when all are there
-/// do they take their places; if one cannot, what stood there comes back. The folder is made if need be, and one
-/// process at a time fills it. Without `force` none of them may be there already.
+/// are their places cleared and taken; if one cannot be, what stood there comes back. The folder is made if need be,
+/// and one process at a time fills it. Without `force` none of them may be there already.
 pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> Result<(), CliError> {
     if folder.exists() && !folder.is_dir() {
         let text = format!("{}: is no folder; choose another `--out`", folder.shown());
@@ -105,13 +105,19 @@ pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: boo
             let new = written(&path, bytes).map_err(|e| CliError::file(&path, "write the file", &e))?;
             all.push((path, new));
         }
-        for (i, (path, new)) in all.into_iter().enumerate() {
-            new.replace(&path).map_err(|e| {
-                exclusive::restore(folder, files[..i].iter().zip(&old).map(|((name, _), old)| (name, old)));
-                CliError::file(&path, "write the file", &e)
-            })?;
+        // What stood there goes first: who is killed in between leaves gaps, never files of two programs.
+        let cleared = all.iter().zip(&old).filter(|(_, old)| old.is_some()).try_for_each(|((path, _), _)| {
+            fs::remove_file(path).map_err(|e| CliError::file(path, "replace the file", &e))
+        });
+        let put = cleared.and_then(|()| {
+            all.into_iter().try_for_each(|(path, new)| {
+                new.replace(&path).map_err(|e| CliError::file(&path, "write the file", &e))
+            })
+        });
+        if put.is_err() {
+            exclusive::restore(folder, files.iter().zip(&old).map(|((name, _), old)| (name, old)));
         }
-        Ok(())
+        put
     };
     let done = write();
     if done.is_err() {
