@@ -93,7 +93,7 @@ fn a_stride_whose_product_overflows_is_refused() {
 }
 
 fn request(program: Program) -> Request {
-    let symbol = Symbol::new("long").expect("a symbol");
+    let symbol = Symbol::new("lengthy").expect("a symbol");
     Request { symbol, program, provenance: Provenance::default(), camera: None, median: false }
 }
 
