@@ -168,7 +168,8 @@ fn a_long_program_as_c_is_to_be_compiled_with_less_effort() {
             )
             .collect();
     }
-    for (name, body, level) in [("short", "gradient".to_string(), "-O2"), ("long", terms.remove(0), "-O1")] {
+    for (name, body, level) in [("brief", "gradient".to_string(), "-O2"), ("lengthy", terms.remove(0), "-O1")]
+    {
         place.write(
             &format!("{name}.gp"),
             format!("(individual (iterate-up 3x3 x-obstacle (set-a (+ read-b {body}))))"),

@@ -8,7 +8,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::common::*;
-use crate::interruption::interrupt;
+use crate::interruption::signal;
 
 /// Longer than anything here takes.
 const LIMIT: Duration = Duration::from_secs(120);
@@ -182,7 +182,8 @@ fn what_is_typed_may_come_through_a_pipe_and_has_an_end() {
                 Err(_) => assert!(begin.elapsed() < LIMIT, "{arguments:?}: it does not read"),
             }
         };
-        interrupt(&run);
+        // Jobs in the background of a shell have Ctrl-C ignored until they watch for it themselves.
+        signal(&run, libc::SIGTERM);
         let output = ends(run);
         assert!(!output.status.success() && output.stdout.is_empty(), "{arguments:?}");
         drop(writer);
@@ -274,10 +275,6 @@ fn a_command_that_is_killed_is_cleared_up_after_and_one_that_runs_is_left_alone(
         if part != left {
             break part;
         }
-    };
-    let signal = |run: &Child, signal| {
-        // SAFETY: sends a signal to a child that has not been waited for, so its number is its own.
-        assert_eq!(unsafe { libc::kill(run.id() as libc::pid_t, signal) }, 0);
     };
     signal(&first, libc::SIGSTOP);
     let small = ["show", "up.gp", "--data", "data", "--out", "pictures"];

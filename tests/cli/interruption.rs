@@ -13,8 +13,12 @@ use crate::common::*;
 const LIMIT: Duration = Duration::from_secs(300);
 
 pub(crate) fn interrupt(run: &Child) {
+    signal(run, libc::SIGINT);
+}
+
+pub(crate) fn signal(run: &Child, number: libc::c_int) {
     // SAFETY: sends a signal to a child that has not been waited for, so its number is its own.
-    let sent = unsafe { libc::kill(run.id() as libc::pid_t, libc::SIGINT) };
+    let sent = unsafe { libc::kill(run.id() as libc::pid_t, number) };
     assert_eq!(sent, 0);
 }
 

@@ -91,8 +91,9 @@ fn the_parts_are_announced_and_the_commands_lead_to_them() {
         "held out",
         "95 % interval",
         "column",
-        "vsonar eval run --part validation",
-        "vsonar eval run --part holdout",
+        "vsonar report run ",
+        "vsonar explain run ",
+        "vsonar export run/best.gp ",
     ] {
         assert!(text.contains(said), "no {said:?} in {text}");
     }
@@ -269,7 +270,7 @@ fn of_several_runs_the_best_in_validation_is_taken() {
         "validation",
         "constant",
         &format!("The best in validation: {path}"),
-        &format!("vsonar eval {path} --part"),
+        &format!("vsonar explain {path} "),
     ] {
         assert!(text.contains(said), "no {said:?} in {text}");
     }
