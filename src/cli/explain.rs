@@ -110,7 +110,7 @@ pub(crate) fn run(mut args: Args) -> Result<(), CliError> {
     let path = program::file(&args.program)?;
     let (individual, comment) = load(&path)?;
     check_targets(&args, &path)?;
-    let _busy = Bar::spinner(Style::of(false), "explaining the program");
+    let busy = Bar::spinner(Style::of(false), "explaining the program");
     let data = data(&args)?;
     if data.is_none() {
         args.size = args.size.or_else(|| program::evolved_on(&comment));
@@ -133,12 +133,12 @@ pub(crate) fn run(mut args: Args) -> Result<(), CliError> {
         let trace = set.zip(case).map(|(set, case)| Trace::of(&explanation.listing, set, case));
         write(&args, &name, &individual, &explanation, set, trace.as_ref())?;
         let trace = trace.filter(|_| args.trace.is_some());
+        drop(busy);
         if args.json {
             let trace = trace.as_ref();
             return output::print_json(&Json { program: &name, explanation: &explanation, trace });
         }
-        let width = Look::stdout().width.map_or(text::WIDTH, |width| text::WIDTH.min(width - 2));
-        let mut out = text::text_within(&explanation, &name, width);
+        let mut out = text::text_within(&explanation, &name, Look::stdout().width);
         if let Some(trace) = trace {
             out += &format!("\nTrace of {}", trace.text(args.full));
         }

@@ -4,8 +4,8 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use vsonar::dataset::Dataset;
 use vsonar::dataset::scale::{LARGEST_USEFUL, in_proportion, useful_size, usual_tolerance};
+use vsonar::dataset::{Dataset, has_turned_labels};
 
 use super::output::{from_here, say, shell_word};
 
@@ -14,8 +14,10 @@ pub(crate) fn command(dir: &Path, size: (u32, u32)) -> Option<String> {
     let (width, height) = useful_size(size)?;
     let dir = from_here(dir);
     let out = beside(&dir, &format!("-{width}x{height}"));
+    // Labels count for images as they are stored.
+    let stored = if has_turned_labels(&dir) { " --orientation ignore" } else { "" };
     Some(format!(
-        "vsonar data resize {} --size {width}x{height} --out {}",
+        "vsonar data resize {} --size {width}x{height}{stored} --out {}",
         shell_word(&dir),
         shell_word(&out)
     ))

@@ -13,20 +13,21 @@ pub(crate) fn caution(source: &Source, cases: &Cases) -> Option<String> {
     let Source::Folder(folder) = source else { return None };
     let images = cases.train.images().len();
     let few = (images < FEW).then(|| {
+        let test =
+            if cases.holdout.is_none() { ", and hold some of them out by `--holdout 20%`" } else { "" };
         format!(
-            "{} to train on: too few for any figure to mean anything; label some seventy.",
+            "{} to train on: too few for any figure to mean anything; label some seventy{test}.",
             count(images as u64, "image")
         )
     });
-    let untested = cases.holdout.is_none().then(|| {
+    let untested = (few.is_none() && cases.holdout.is_none()).then(|| {
         format!(
             "No images are held out: these figures are of images that the program was chosen by, and it may do much worse \
              on others. To test it on images that it has not seen:\n  {}",
             command(folder)
         )
     });
-    let said: Vec<String> = few.into_iter().chain(untested).collect();
-    (!said.is_empty()).then(|| said.join("\n"))
+    few.or(untested)
 }
 
 /// The same run with a part held out.
@@ -60,13 +61,17 @@ mod tests {
             let holdout = holdout.map(set);
             caution(&source, &Cases { train: set(frames), validation: None, holdout, left_out: 0 })
         };
+        // Of these few no part could be held out.
         let few = said(2, None).expect("two images are nothing");
-        assert!(few.starts_with("2 images to train on: too few"), "{few}");
         assert!(
-            few.ends_with("\n  vsonar evolve --data '/my photos' --train-match 'a*' --holdout 20%"),
+            few.starts_with("2 images to train on: too few") && few.ends_with("out by `--holdout 20%`."),
             "{few}"
         );
         let untested = said(FEW, None).expect("nothing is held out");
+        assert!(
+            untested.ends_with("\n  vsonar evolve --data '/my photos' --train-match 'a*' --holdout 20%"),
+            "{untested}"
+        );
         assert!(
             untested.starts_with("No images are held out") && !untested.contains("too few"),
             "{untested}"

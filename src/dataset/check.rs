@@ -135,11 +135,20 @@ pub fn check_within(dir: impl AsRef<Path>, limit: u64) -> CheckReport {
     let scan = scan::scan(dir.as_ref(), limit);
     let set = scan.sound.as_ref();
     let constants = set.map(|s| Constants::learn(s, TOLERANCE));
+    // Before there are labels, what is to be labelled counts.
+    let names = set.map_or_else(
+        || scan.unlabelled.clone(),
+        |set| set.images().iter().map(|image| image.name.clone()).collect(),
+    );
+    let size = match set {
+        Some(set) => Some((set.width(), set.height())),
+        None => reading::size_of(dir.as_ref(), &names),
+    };
     CheckReport {
         folder: scan.dir,
         name: scan.name,
-        size: set.map(|s| (s.width(), s.height())),
-        useful_size: set.and_then(|s| useful_size((s.width(), s.height()))),
+        size,
+        useful_size: size.and_then(useful_size),
         images: scan.images_named,
         rows: scan.rows,
         sound_images: set.map_or(0, |s| s.images().len()),
@@ -151,7 +160,7 @@ pub fn check_within(dir: impl AsRef<Path>, limit: u64) -> CheckReport {
         constant_per_column: set.zip(constants.as_ref()).map(|(s, c)| c.score(s)),
         unlabelled: scan.unlabelled,
         in_subfolders: scan.in_subfolders,
-        turned: set.map_or_else(Vec::new, |set| reading::turned(dir.as_ref(), set)),
+        turned: reading::turned(dir.as_ref(), &names),
         copies: set.map_or_else(Vec::new, Copies::find),
         faults: scan.faults,
     }
@@ -187,7 +196,7 @@ impl CheckReport {
         &self.folder
     }
 
-    /// Width and height most images have, if any could be read.
+    /// Width and height of the images, if any could be read; before there are labels, those of one that is to be labelled.
     pub fn size(&self) -> Option<(u32, u32)> {
         self.size
     }

@@ -64,7 +64,7 @@ pub use copies::Copies;
 pub use deeper::Deeper;
 pub use fault::{DatasetError, Fault, FaultKind, Place};
 pub use part::{DEFAULT_GAP, ParsePartError, Part, Unit};
-pub use reading::any_colour;
+pub use reading::{any_colour, has_turned_labels};
 pub use save::SaveError;
 pub use sequence::Sequence;
 pub use split::SplitError;

@@ -176,7 +176,7 @@ impl Dataset {
                 images(self.images.len())
             ))),
             (_, None) => {
-                Err(fail(format!("of {} it is none; take a larger part", images(self.images.len()))))
+                Err(fail(format!("it holds none of the {}; take a larger part", images(self.images.len()))))
             }
         }
     }

@@ -7,10 +7,9 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::Dataset;
 use super::fault::{Fault, FaultKind, Place};
 use super::image_name::{identity, image_path};
-use super::scan::IMAGES;
+use super::scan::{IMAGES, TABLE};
 use super::table::Named;
 use crate::frames::folder::images;
 use crate::memory::stretches;
@@ -110,19 +109,21 @@ pub(super) fn no_access(folder: &Path, file: &Path) -> Option<FaultKind> {
 }
 
 /// The images of a set from this folder with a tag that asks viewers to turn them.
-pub(super) fn turned(dir: &Path, set: &Dataset) -> Vec<String> {
-    let names: Vec<&str> = set.images.iter().map(|image| image.name.as_str()).collect();
-    let turned = |name: &&str| path_of(dir, name).is_ok_and(|path| is_turned(&path));
-    names.into_par_iter().filter(turned).map(String::from).collect()
+pub(super) fn turned(dir: &Path, names: &[String]) -> Vec<String> {
+    let turned = |name: &&String| path_of(dir, name).is_ok_and(|path| is_turned(&path));
+    names.par_iter().filter(turned).cloned().collect()
+}
+
+/// Width and height of the first of these images whose header can be read.
+pub(super) fn size_of(dir: &Path, names: &[String]) -> Option<(u32, u32)> {
+    let header = |name: &String| ImageHeader::read(&path_of(dir, name).ok()?).ok();
+    names.iter().find_map(header).map(|header| (header.width, header.height))
 }
 
 /// Files in the folder and in its subfolder that count as images by their names, and whose identities are not among
 /// those of the images that the table names.
 pub(super) fn unlabelled(dir: &Path, named: &BTreeSet<PathBuf>) -> Vec<String> {
-    let files = [dir.join(IMAGES), dir.into()].map(|folder| images(&folder).unwrap_or_default());
-    let mut out: Vec<String> = files
-        .into_iter()
-        .flatten()
+    let mut out: Vec<String> = files(dir)
         .filter(|path| path.is_file())
         .filter_map(|path| path.file_name().map(|name| name.to_string_lossy().into_owned()))
         .filter(|name| !named.contains(&identity(dir, name)))
@@ -132,11 +133,21 @@ pub(super) fn unlabelled(dir: &Path, named: &BTreeSet<PathBuf>) -> Vec<String> {
     out
 }
 
+/// The image files in the subfolder and in the folder itself.
+fn files(dir: &Path) -> impl Iterator<Item = PathBuf> {
+    [dir.join(IMAGES), dir.into()].into_iter().flat_map(|folder| images(&folder).unwrap_or_default())
+}
+
+/// Whether a folder has a table of labels and images with a tag that asks viewers to turn them, so that it counts of
+/// which image the labels are.
+pub fn has_turned_labels(dir: impl AsRef<Path>) -> bool {
+    let dir = dir.as_ref();
+    dir.join(TABLE).exists() && files(dir).any(|path| is_turned(&path))
+}
+
 /// Whether any image file of a folder has pixels in colour; none if there is no image file in it.
 pub fn any_colour(dir: impl AsRef<Path>) -> Option<bool> {
-    let dir = dir.as_ref();
-    let files = [dir.join(IMAGES), dir.into()].map(|folder| images(&folder).unwrap_or_default());
-    let mut files = files.into_iter().flatten().peekable();
+    let mut files = files(dir.as_ref()).peekable();
     files.peek()?;
     let stores = |path: &PathBuf| ImageHeader::read(path).is_ok_and(|header| header.stores_colour);
     Some(files.any(|path| stores(&path) && load(&path).is_ok_and(|image| image.has_colour)))

@@ -22,13 +22,14 @@ const PART: usize = 60;
 
 /// The explanation as plain text. `name` is what the program is called.
 pub fn text(explanation: &Explanation, name: &str) -> String {
-    text_within(explanation, name, WIDTH)
+    text_within(explanation, name, None)
 }
 
-/// The same with its prose, but not its listings, in lines of at most so many characters.
-pub fn text_within(explanation: &Explanation, name: &str, width: usize) -> String {
+/// The same for a screen of so many characters: what would be longer is folded.
+pub fn text_within(explanation: &Explanation, name: &str, screen: Option<usize>) -> String {
+    let width = screen.map_or(WIDTH, |screen| WIDTH.min(screen.saturating_sub(2)));
     let mut out = format!("{name}\n\n");
-    out += &listing(explanation);
+    out += &listing_within(explanation, screen.unwrap_or(usize::MAX));
     out.push('\n');
     wrap(&checked(explanation), "", width, &mut out);
     let _ = writeln!(out, "\nHow to read it");
@@ -45,19 +46,23 @@ pub fn text_within(explanation: &Explanation, name: &str, width: usize) -> Strin
         let widths: Vec<usize> =
             (0..5).map(|i| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0)).collect();
         for row in &rows {
-            let line = format!(
-                "  {:>w0$}  {:>w1$}  {:>w2$}  {:<w3$}  {}",
+            let numbers = format!(
+                "  {:>w0$}  {:>w1$}  {:>w2$}  ",
                 row[0],
                 row[1],
                 row[2],
-                row[3],
-                row[4],
                 w0 = widths[0],
                 w1 = widths[1],
                 w2 = widths[2],
-                w3 = widths[3],
             );
-            let _ = writeln!(out, "{}", line.trim_end());
+            let whole = format!("{numbers}{:<w3$}  {}", row[3], row[4], w3 = widths[3]);
+            if whole.chars().count() <= screen.unwrap_or(usize::MAX) {
+                let _ = writeln!(out, "{}", whole.trim_end());
+            } else {
+                let room = screen.unwrap_or(usize::MAX);
+                fold(&numbers, &row[3], room, &mut out);
+                fold(&" ".repeat(numbers.len() + 2), &row[4], room, &mut out);
+            }
         }
         out += &more(explanation);
     }
@@ -75,6 +80,27 @@ fn wrap(text: &str, indent: &str, width: usize, out: &mut String) {
             let _ = write!(out, "\n{indent}  ");
             length = 2;
         } else {
+            out.push(' ');
+            length += 1;
+        }
+        out.push_str(word);
+        length += word_length;
+    }
+    out.push('\n');
+}
+
+/// Adds what stands at the beginning of a line and a text behind it, broken between words to stay there within so many
+/// characters.
+fn fold(head: &str, text: &str, room: usize, out: &mut String) {
+    let indent = head.chars().count();
+    out.push_str(head);
+    let mut length = indent;
+    for (i, word) in text.split(' ').enumerate() {
+        let word_length = word.chars().count();
+        if i > 0 && length + 1 + word_length > room {
+            let _ = write!(out, "\n{:indent$}", "");
+            length = indent;
+        } else if i > 0 {
             out.push(' ');
             length += 1;
         }
@@ -130,19 +156,35 @@ fn escape(text: &str) -> String {
 
 /// The listing with numbers before the lines and, where there is data, what happens at each after them.
 pub fn listing(explanation: &Explanation) -> String {
+    listing_within(explanation, usize::MAX)
+}
+
+/// The same in lines of at most `room` characters: where a margin does not fit beside its line it stands below it.
+pub fn listing_within(explanation: &Explanation, room: usize) -> String {
+    const GAP: &str = "  │ ";
     let lines = explanation.listing.lines();
     let margins = match &explanation.profile {
         Some(profile) => profile.margins(&explanation.listing),
         None => vec![String::new(); lines.len()],
     };
+    let fits = |length: usize, margin: &str| length.saturating_add(9 + margin.chars().count()) <= room;
     let with_margin = lines.iter().zip(&margins).filter(|(_, margin)| !margin.is_empty());
-    let lengths = with_margin.map(|(line, _)| line.text.chars().count());
-    let width = lengths.filter(|length| *length <= MARGIN).max().unwrap_or(0);
+    let lengths = with_margin.map(|(line, margin)| (line.text.chars().count(), margin));
+    let beside = lengths.filter(|(length, margin)| *length <= MARGIN && fits(*length, margin));
+    let width = beside.map(|(length, _)| length).max().unwrap_or(0);
     let mut out = String::new();
     for (i, (line, margin)) in lines.iter().zip(&margins).enumerate() {
-        let gap = if margin.is_empty() { "" } else { "  │ " };
-        let row = format!("{:>3}  {:<width$}{gap}{margin}", i + 1, line.text);
-        let _ = writeln!(out, "{}", row.trim_end());
+        let code = line.text.trim_start();
+        let depth = line.text.len() - code.len();
+        let head = format!("{:>3}  {:depth$}", i + 1, "");
+        if !margin.is_empty() && fits(width.max(line.text.chars().count()), margin) {
+            let _ = writeln!(out, "{:>3}  {:<width$}{GAP}{margin}", i + 1, line.text);
+            continue;
+        }
+        fold(if code.is_empty() { head.trim_end() } else { &head }, code, room, &mut out);
+        if !margin.is_empty() {
+            fold(&format!("{:1$}{GAP}", "", 3 + depth), margin, room, &mut out);
+        }
     }
     out
 }

@@ -63,6 +63,10 @@ def _unfit(error, image, trait=""):
 
 def _frame(image):
     """Address of the first pixel, row stride, pixel stride, and what must live as long as the address is used."""
+    mode = getattr(image, "mode", None)
+    if mode != "L" and any(kind.__module__ == "PIL.Image" for kind in type(image).__mro__):
+        # The bytes of a palette image are no grays, though they look alike.
+        raise _unfit(TypeError, image, " of mode %r" % (mode,))
     interface = getattr(image, "__array_interface__", None)
     if interface is not None:
         return _array(image, interface)

@@ -337,7 +337,10 @@ fn several_runs_are_compared_by_their_settings() {
         .map(|run| run["answers"]["views"][0]["name"].to_string())
         .collect();
     assert_eq!(seen.len(), 1, "{seen:?}");
-    assert!(page.contains("id=\"views\"") && page.contains("<span>wide, drive_b_"), "a picture of each");
+    assert!(
+        page.contains("id=\"views\"") && page.contains("<span>wide, held out, drive_b_"),
+        "a picture of each"
+    );
 }
 
 /// A log whose numbers are the oddest that it can hold gives a page all the same, and one that is no number an error.

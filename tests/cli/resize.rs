@@ -262,10 +262,16 @@ fn whoever_has_large_images_is_told_at_once() {
     assert!(note.starts_with("note: 1440 x 1080 pixels are more than is of use"), "{note}");
     let command = ["data", "resize", "photos", "--size", "320x240", "--out", "photos-320x240"];
     assert_eq!(advised(&note), command);
+    let check = |place: &Place| {
+        let output = place.command(&["data", "check", "photos"]).output().expect("started");
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let unlabelled = check(&place);
+    assert!(unlabelled.contains("size      1440 x 1080 pixels"), "{unlabelled}");
+    assert_eq!(advised(&unlabelled), command);
     // Labelled all the same; every command names the same remedy, and it is one.
     place.write("photos/labels.csv", "image,x,y\nIMG_1.jpg,80,600\nIMG_2.jpg,80,601\n");
-    let mut check = place.command(&["data", "check", "photos"]);
-    let check = String::from_utf8(check.output().expect("started").stdout).expect("UTF-8");
+    let check = check(&place);
     assert_eq!(advised(&check), command);
     assert!(check.contains("within 10 rows (0.9 % of the height)"), "{check}");
     let bins = check
@@ -286,6 +292,25 @@ fn whoever_has_large_images_is_told_at_once() {
     assert_eq!(report["useful_size"], serde_json::json!([320, 240]));
     place.ok(&command);
     assert!(!place.ok(&["data", "check", "photos-320x240"]).contains("data resize"));
+}
+
+#[test]
+fn advice_on_labelled_photographs_with_a_tag_can_be_followed() {
+    let place = photos(&[(1440, 1080, 1), (1440, 1080, 3)]);
+    let check = || {
+        let output = place.command(&["data", "check", "photos"]).output().expect("started");
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let unlabelled = check();
+    assert!(unlabelled.contains("1 image(s) with an orientation tag, IMG_2.jpg the first"), "{unlabelled}");
+    place.write("photos/labels.csv", "image,x,y\nIMG_1.jpg,80,600\nIMG_2.jpg,80,601\n");
+    let command = advised(&check());
+    let command: Vec<&str> = command.iter().map(String::as_str).collect();
+    assert!(command.contains(&"ignore"), "{command:?}");
+    place.ok(&command);
+    // The marks are of the picture as it is stored: below the half it is dark.
+    let small = Dataset::load(place.path("photos-320x240")).expect("sound");
+    assert!(small.images().iter().all(|image| image.pixels.get_pixel(10, 200).0[0] < 80));
 }
 
 #[test]

@@ -133,10 +133,10 @@ fn figures_that_tell_little_are_called_so() {
     let place = Place::new();
     let text = place.ok(&tiny(&["--out", "one"]));
     assert!(text.contains("6 images to train on: too few for any figure to mean anything"), "{text}");
-    let command = "\n  vsonar evolve --data data --holdout 20%\n";
-    assert!(text.contains("No images are held out") && text.contains(command), "{text}");
+    let advice = "hold some of them out by `--holdout 20%`";
+    assert!(text.contains(advice) && !text.contains("No images are held out"), "{text}");
     let text = place.ok(&tiny(&["--runs", "2", "--out", "two"]));
-    assert_eq!(text.matches(command).count(), 1, "{text}");
+    assert_eq!(text.matches(advice).count(), 1, "{text}");
     dataset(30, 0).save(place.path("enough")).expect("writable");
     let enough = [&["evolve", "--data", "enough", "--out", "three"], TINY].concat();
     let text = place.ok(&enough);
@@ -216,6 +216,30 @@ mod on_a_terminal {
         // Piped, there is neither colour nor a limit.
         let piped = place.ok(&["evolve", "--resume", "a"]);
         assert!(plain(&piped) && !piped.contains('░'), "{piped}");
+    }
+
+    #[test]
+    fn an_explanation_fits() {
+        let place = Place::new();
+        let condition = "(if-le gradient 41.5 (if-le median-corner moravec-horizontal (set-a (+ x-obstacle \
+                         (* moravec-vertical 0.123456))) 0) (set-a (+ median-corner (min gradient moravec-slash))))";
+        place
+            .write("p.gp", format!("(individual (iterate-up 2x2 x-obstacle (prog2 {condition} (set-b y))))"));
+        let explain = ["explain", "p.gp", "--data", "data"];
+        let wide = place.ok(&explain);
+        assert!(wide.lines().any(|line| line.chars().count() > 80), "{wide}");
+        let text = bare(&seen(&place, &explain, 80)).replace('\r', "\n");
+        let listing = text.find("the tree: ").map_or("", |at| &text[at..]);
+        assert!(listing.contains("Without each part"), "{text}");
+        for line in listing.lines() {
+            assert!(line.chars().count() <= 80, "{line:?}");
+        }
+        let words = |text: &str| {
+            let mut words: Vec<String> = text.split_whitespace().map(str::to_string).collect();
+            words.sort_unstable();
+            words
+        };
+        assert_eq!(words(listing), words(wide.find("the tree: ").map_or("", |at| &wide[at..])));
     }
 
     #[test]

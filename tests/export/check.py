@@ -299,6 +299,7 @@ good(picture)
 good(picture.copy().transpose(Image.FLIP_LEFT_RIGHT).transpose(Image.FLIP_LEFT_RIGHT))
 plain = Image.new("L", (W, H), 77)
 assert bits(detector.detect(plain, [0, W - 1])) == bits(detector.detect(bytes([77]) * (W * H), [0, W - 1]))
-for mode, text in (("RGB", "of shape (%d, %d, 3)" % (H, W)), ("1", "of dtype '|b1'"), ("F", "of dtype '<f4'")):
-    unfit(ValueError if mode == "RGB" else TypeError, text, picture.convert(mode))
+for mode in ("RGB", "1", "F", "LA", "P", "I;16"):
+    unfit(TypeError, "of mode %r" % mode, picture.convert(mode))
+unfit(TypeError, "of mode 'P'", picture.quantize(16))
 unfit(ValueError, "of shape (%d, %d)" % (W, H), picture.resize((H, W)))

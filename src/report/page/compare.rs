@@ -6,7 +6,7 @@ use super::Section;
 use super::chart::{Axis, Ink, Plot, PlotError, Series, Shape, Unit};
 use super::comparison::{names, scores};
 use super::curves;
-use super::model::{Comparison, Part, Picture, Report, Run, Setting};
+use super::model::{Answers, Comparison, Part, Report, Run, Setting};
 use super::parts::{
     Figure, POINTS, Table, command, count, duration, none, number, percent, prose, quartiles, rows, thinned,
 };
@@ -226,8 +226,8 @@ pub(super) fn page(
             } },
         ));
     }
-    if runs.iter().any(|run| !views(run).is_empty()) {
-        all.insert(usize::from(comparison.is_some()), ("views", "What they see", seen(runs)));
+    if runs.iter().any(|run| run.answers.as_ref().is_some_and(|answers| !answers.views.is_empty())) {
+        all.insert(usize::from(comparison.is_some()), ("views", "What they see", seen(runs, comparison)));
     }
     all.push(("runs", "The runs", html! { (overview(runs).html()) (briefs(runs)?) }));
     let repeat: Vec<_> = runs.iter().flat_map(|run| run.commands.iter().take(1).cloned()).collect();
@@ -240,23 +240,27 @@ pub(super) fn page(
     })
 }
 
-/// The images that a run's answers are shown on, whatever the answers.
-fn views(run: &Run) -> &[Picture] {
-    run.answers.as_ref().map_or(&[], |answers| &answers.views)
-}
-
-/// The answers of all runs to the same images.
-fn seen(runs: &[Run]) -> Markup {
+/// The answers of all runs that count to some of the images that each is tested on.
+fn seen(runs: &[Run], comparison: Option<&Comparison>) -> Markup {
     let names = names(runs);
-    let most = runs.iter().map(|run| views(run).len()).max().unwrap_or(0);
+    let again = comparison.map_or(&[][..], |comparison| &comparison.again);
+    let shown: Vec<(&Answers, &String)> = (runs.iter().zip(&names).enumerate())
+        .filter(|(i, _)| again.iter().all(|(run, _)| run != i))
+        .filter_map(|(_, (run, name))| Some((run.answers.as_ref()?, name)))
+        .collect();
+    let most = shown.iter().map(|(answers, _)| answers.views.len()).max().unwrap_or(0);
     let of = |i: usize| {
-        let there = runs.iter().zip(&names).filter_map(move |(run, name)| Some((views(run).get(i)?, name)));
-        there.map(|(view, name)| (view, format!("{name}, {}", view.words())))
+        let there =
+            shown.iter().filter_map(move |(answers, name)| Some((answers.views.get(i)?, answers, name)));
+        there
+            .map(|(view, answers, name)| (view, format!("{name}, {}, {}", answers.part.name(), view.words())))
     };
+    let alike = shown.windows(2).all(|pair| pair[0].0.part == pair[1].0.part);
     html! {
         p {
             "Images evenly chosen from what the runs are tested on, whatever the answers. White bars: taken for ground; black: \
              taken for an obstacle. Cross: the ideal answer. Orange with a ring: wrong."
+            @if !alike { " Not all runs have the same parts, so that their images differ." }
         }
         @for i in 0..most { (errors::gallery(of(i))) }
     }

@@ -156,6 +156,9 @@ pub struct ProgramText {
     pub trees: String,
 }
 
+/// Characters across a listing, which has half of the first screen.
+const LISTING: usize = 76;
+
 impl ProgramText {
     /// From an explanation of the individual.
     pub fn of(explanation: &Explanation, individual: &Individual) -> ProgramText {
@@ -164,7 +167,7 @@ impl ProgramText {
         lines.extend(text::data(explanation));
         lines.extend(text::sweeps(explanation));
         ProgramText {
-            listing: text::listing(explanation),
+            listing: text::listing_within(explanation, LISTING),
             checked: text::checked(explanation),
             lines,
             contributions: text::contributions(explanation),
