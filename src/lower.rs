@@ -111,17 +111,6 @@ impl Writer {
                 let a = self.expression(nodes);
                 self.op(Op::Mul, &[a, a])
             }
-            Node::Add => self.arithmetic(Op::Add, nodes),
-            Node::Sub => self.arithmetic(Op::Sub, nodes),
-            Node::Mul => self.arithmetic(Op::Mul, nodes),
-            Node::Div => self.arithmetic(Op::PDiv, nodes),
-            Node::Min => self.arithmetic(Op::Min, nodes),
-            Node::Max => self.arithmetic(Op::Max, nodes),
-            Node::Sin => self.arithmetic(Op::Sin, nodes),
-            Node::Cos => self.arithmetic(Op::Cos, nodes),
-            Node::Tan => self.arithmetic(Op::Tan, nodes),
-            Node::Atan => self.arithmetic(Op::Atan, nodes),
-            Node::Atan2 => self.arithmetic(Op::Atan2, nodes),
             Node::Constant(value) => self.constant(value),
             Node::WindowArea => self.constant(self.rect.area() as f32),
             Node::ImageMaxX => self.constant(self.image_max[0] as f32),
@@ -132,7 +121,10 @@ impl Writer {
             Node::Y => self.builder.leaf(Leaf::Y),
             Node::Iter2(k) => self.builder.leaf(Leaf::Iter2(k)),
             Node::Image(operand) => self.builder.leaf(Leaf::Window(operand)),
-            Node::Iterate(_) | Node::Rect(_) => unreachable!("a tree holds these at its root alone"),
+            _ => match node.operation() {
+                Some(op) => self.arithmetic(op, nodes),
+                None => unreachable!("a tree holds {} at its root alone", node.name()),
+            },
         }
     }
 
@@ -145,7 +137,7 @@ impl Writer {
     }
 
     fn arithmetic(&mut self, op: Op, nodes: &mut Nodes<'_>) -> Reg {
-        let mut args = [Reg(0); 2];
+        let mut args = [Reg(0); 3];
         let args = &mut args[..op.operands().len()];
         args.iter_mut().for_each(|arg| *arg = self.expression(nodes));
         if self.running == Running::Nowhere { Reg(0) } else { self.op(op, args) }

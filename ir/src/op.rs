@@ -3,7 +3,9 @@
 //! Parser, printer, verifier, evaluators, random generation and every back end derive from this table; nowhere
 //! is there a second list. A row gives an operation's name in `.vir` text, the types of its operands and
 //! result, whether its first two operands may be exchanged, and its exact meaning as a formula over a
-//! [`Machine`]. Operations without a formula are the *leaves*: constants, parameters of the case and the
+//! [`Machine`]. A *function* is an operation of binary32 values whose formula takes several steps of the machine; its row
+//! says in words what it is, and whatever runs or shows programs handles all functions alike. Operations without a formula
+//! are the *leaves*: constants, parameters of the case and the
 //! position, carried registers, and window operands (see [`Leaf`]).
 
 use crate::formula::{arith, trig};
@@ -127,7 +129,7 @@ macro_rules! operations {
     (
         leaves { $( $(#[$ldoc:meta])* $leaf:ident $lname:literal -> $lty:ident; )* }
         formulas { $( $(#[$doc:meta])* $op:ident $name:literal
-            ($($arg:ident : $aty:ident),* $(; $imm:ident)?) -> $ty:ident $([$commutative:ident])?
+            ($($arg:ident : $aty:ident),* $(; $imm:ident)?) -> $ty:ident $([$kind:ident $($about:literal)?])?
             = |$m:ident| $body:expr; )* }
     ) => {
         /// An operation. The documentation of each gives its text form and meaning.
@@ -178,7 +180,16 @@ macro_rules! operations {
             pub const fn is_commutative(self) -> bool {
                 match self {
                     $( Op::$leaf => false, )*
-                    $( Op::$op => operations!(@commutative $($commutative)?), )*
+                    $( Op::$op => operations!(@commutative $($kind)?), )*
+                }
+            }
+
+            /// What the operation is in words, for operands `a` and `b`, if it is a function: its formula is made of the
+            /// machine's own operations, operands and result are binary32.
+            pub const fn function(self) -> Option<&'static str> {
+                match self {
+                    $( Op::$leaf => None, )*
+                    $( Op::$op => operations!(@function $($($about)?)?), )*
                 }
             }
 
@@ -243,7 +254,9 @@ macro_rules! operations {
         }
     };
     (@commutative commutative) => { true };
-    (@commutative) => { false };
+    (@commutative $($function:ident)?) => { false };
+    (@function $about:literal) => { Some($about) };
+    (@function) => { None };
     (@shift $imm:ident) => { true };
     (@shift) => { false };
 }
@@ -281,21 +294,29 @@ operations! {
         /// `div x y`: x / y, IEEE division.
         Div "div" (a: F32, b: F32) -> F32 = |m| m.div(a, b);
         /// `pdiv x y`: protected division, 1 where y is zero of either sign (Koza 1992), else x / y.
-        PDiv "pdiv" (a: F32, b: F32) -> F32 = |m| arith::protected_div(m, a, b);
+        PDiv "pdiv" (a: F32, b: F32) -> F32 [function "a / b, but 1 where b is zero."]
+            = |m| arith::protected_div(m, a, b);
         /// `min x y`: x where x < y, else y (so a NaN gives y).
-        Min "min" (a: F32, b: F32) -> F32 = |m| arith::min(m, a, b);
+        Min "min" (a: F32, b: F32) -> F32 [function "The smaller one; b where either is a NaN."]
+            = |m| arith::min(m, a, b);
         /// `max x y`: x where x > y, else y (so a NaN gives y).
-        Max "max" (a: F32, b: F32) -> F32 = |m| arith::max(m, a, b);
+        Max "max" (a: F32, b: F32) -> F32 [function "The larger one; b where either is a NaN."]
+            = |m| arith::max(m, a, b);
         /// `sin x`, x in radians ([`trig::sin`]).
-        Sin "sin" (a: F32) -> F32 = |m| trig::sin(m, a);
+        Sin "sin" (a: F32) -> F32 [function "Of an angle in radians."]
+            = |m| trig::sin(m, a);
         /// `cos x`, x in radians ([`trig::cos`]).
-        Cos "cos" (a: F32) -> F32 = |m| trig::cos(m, a);
+        Cos "cos" (a: F32) -> F32 [function "Of an angle in radians."]
+            = |m| trig::cos(m, a);
         /// `tan x`, x in radians ([`trig::tan`]).
-        Tan "tan" (a: F32) -> F32 = |m| trig::tan(m, a);
+        Tan "tan" (a: F32) -> F32 [function "Of an angle in radians."]
+            = |m| trig::tan(m, a);
         /// `atan x`, in radians ([`trig::atan`]).
-        Atan "atan" (a: F32) -> F32 = |m| trig::atan(m, a);
+        Atan "atan" (a: F32) -> F32 [function "The arc tangent, in radians."]
+            = |m| trig::atan(m, a);
         /// `atan2 y x`, in radians, the ordinate first ([`trig::atan2`]).
-        Atan2 "atan2" (a: F32, b: F32) -> F32 = |m| trig::atan2(m, a, b);
+        Atan2 "atan2" (a: F32, b: F32) -> F32 [function "The angle of the point with ordinate a and abscissa b, in radians."]
+            = |m| trig::atan2(m, a, b);
         /// `lt x y`: x < y, false with a NaN.
         Lt "lt" (a: F32, b: F32) -> Mask = |m| m.lt(a, b);
         /// `le x y`: x <= y, false with a NaN.
@@ -461,6 +482,13 @@ mod tests {
         for (i, op) in Op::ALL.iter().enumerate() {
             assert_eq!(Op::from_name(op.name()), Some(*op));
             assert_eq!(*op as usize, i);
+        }
+    }
+
+    #[test]
+    fn functions_are_of_binary32_values() {
+        for op in Op::ALL.iter().filter(|op| op.function().is_some()) {
+            assert!(op.result() == Ty::F32 && op.operands().iter().all(|ty| *ty == Ty::F32), "{}", op.name());
         }
     }
 

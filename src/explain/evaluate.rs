@@ -1,13 +1,13 @@
 //! Runs a listing as it reads, one case at a time, and lets somebody watch.
 //!
 //! It knows nothing of the program that the listing is of; with the executors it shares the scalar formulas of
-//! trigonometry and the window averages, as the tree walker does.
+//! functions and the window averages, as the tree walker does.
 
-use vsonar_ir::formula::trig;
 use vsonar_ir::machine::Scalar;
+use vsonar_ir::op::Value;
 use vsonar_ir::{Direction, WindowAt, Windows};
 
-use super::listing::{Cond, Course, Expr, Function, Listing, Relation, Sign, Site, Stmt, Sweep};
+use super::listing::{Cond, Course, Expr, Listing, Relation, Sign, Site, Stmt, Sweep};
 
 /// What a listing did on one case.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -207,18 +207,13 @@ impl<W: Windows + ?Sized, O: Observer> Run<'_, W, O> {
                 }
             }
             Expr::Call(function, args) => {
-                let a = self.expr(&args[0]);
-                let b = args.get(1).map_or(0.0, |b| self.expr(b));
-                let m = &mut Scalar;
-                match function {
-                    Function::Min if a < b => a,
-                    Function::Max if a > b => a,
-                    Function::Min | Function::Max => b,
-                    Function::Sin => trig::sin(m, a),
-                    Function::Cos => trig::cos(m, a),
-                    Function::Tan => trig::tan(m, a),
-                    Function::Atan => trig::atan(m, a),
-                    Function::Atan2 => trig::atan2(m, a, b),
+                let mut values = [Value::F32(0.0); 3];
+                for (value, arg) in values.iter_mut().zip(args) {
+                    *value = Value::F32(self.expr(arg));
+                }
+                match function.op().apply(&mut Scalar, &values[..args.len()], 0) {
+                    Some(value) => value.f32(),
+                    None => unreachable!("leaves are no functions"),
                 }
             }
             Expr::If(site, cond, a, b) => {

@@ -10,7 +10,7 @@
 //!   protected division (1 where the divisor is 0), `/` the ordinary one, and `≰` is all that `≤` is not, a value that
 //!   is no number included.
 
-use vsonar_ir::{Direction, Operand, Rect};
+use vsonar_ir::{Direction, Op, Operand, Rect};
 
 /// A readable program for images of one size.
 #[derive(Debug, Clone, PartialEq)]
@@ -170,56 +170,39 @@ impl Sign {
     }
 }
 
-/// A function of values.
+/// A function of values: an operation that is written as a call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Function {
-    /// The lesser of two; the second where they cannot be compared.
-    Min,
-    /// The greater of two; the second where they cannot be compared.
-    Max,
-    /// Sine.
-    Sin,
-    /// Cosine.
-    Cos,
-    /// Tangent.
-    Tan,
-    /// Arc tangent.
-    Atan,
-    /// The angle of a point, the ordinate first.
-    Atan2,
-}
+pub struct Function(Op);
 
 impl Function {
     /// All of them.
-    pub const ALL: [Function; 7] = [
-        Function::Min,
-        Function::Max,
-        Function::Sin,
-        Function::Cos,
-        Function::Tan,
-        Function::Atan,
-        Function::Atan2,
-    ];
+    pub fn all() -> impl Iterator<Item = Function> {
+        Op::ALL.iter().filter_map(|op| Function::of(*op))
+    }
+
+    /// The operation as a function; `None` for one that is written otherwise.
+    pub const fn of(op: Op) -> Option<Function> {
+        match op {
+            // This has a sign.
+            Op::PDiv => None,
+            _ if op.function().is_some() => Some(Function(op)),
+            _ => None,
+        }
+    }
+
+    /// The operation.
+    pub const fn op(self) -> Op {
+        self.0
+    }
 
     /// As it is printed.
     pub const fn name(self) -> &'static str {
-        match self {
-            Function::Min => "min",
-            Function::Max => "max",
-            Function::Sin => "sin",
-            Function::Cos => "cos",
-            Function::Tan => "tan",
-            Function::Atan => "atan",
-            Function::Atan2 => "atan2",
-        }
+        self.0.name()
     }
 
     /// How many values it takes.
     pub const fn arity(self) -> usize {
-        match self {
-            Function::Min | Function::Max | Function::Atan2 => 2,
-            _ => 1,
-        }
+        self.0.operands().len()
     }
 }
 

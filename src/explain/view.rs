@@ -12,7 +12,7 @@ pub(super) enum View {
     Power(Reg, u8),
     Twice(Reg),
     Binary(Sign, Reg, Reg),
-    Call(Function, [Reg; 2]),
+    Call(Function, [Reg; 3]),
     Select([Reg; 3]),
     Compare(Op, Reg, Reg),
     Logic(Op, Reg, Reg),
@@ -81,20 +81,18 @@ pub(super) fn views(block: &Block) -> Vec<View> {
             Op::Mul => power(&views, arg(0), arg(1)).unwrap_or(View::Binary(Sign::Mul, arg(0), arg(1))),
             Op::Div => View::Binary(Sign::Div, arg(0), arg(1)),
             Op::PDiv => View::Binary(Sign::Protected, arg(0), arg(1)),
-            Op::Min => View::Call(Function::Min, [arg(0), arg(1)]),
-            Op::Max => View::Call(Function::Max, [arg(0), arg(1)]),
-            Op::Atan2 => View::Call(Function::Atan2, [arg(0), arg(1)]),
-            Op::Sin => View::Call(Function::Sin, [arg(0); 2]),
-            Op::Cos => View::Call(Function::Cos, [arg(0); 2]),
-            Op::Tan => View::Call(Function::Tan, [arg(0); 2]),
-            Op::Atan => View::Call(Function::Atan, [arg(0); 2]),
             Op::Lt | Op::Le | Op::Eq => View::Compare(inst.op(), arg(0), arg(1)),
             Op::And | Op::Or => View::Logic(inst.op(), arg(0), arg(1)),
             Op::Not => View::Not(arg(0)),
             Op::Select => View::Select([arg(0), arg(1), arg(2)]),
-            _ => match inst.leaf() {
-                Some(leaf) => View::Leaf(leaf),
-                None => unreachable!("operations on bit patterns were refused"),
+            op => match (inst.leaf(), Function::of(op)) {
+                (Some(leaf), _) => View::Leaf(leaf),
+                (None, Some(function)) => {
+                    let mut args = [arg(0); 3];
+                    args[..function.arity()].copy_from_slice(inst.args());
+                    View::Call(function, args)
+                }
+                (None, None) => unreachable!("operations on bit patterns were refused"),
             },
         };
         views.push(view);

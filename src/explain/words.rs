@@ -156,7 +156,7 @@ impl<'a> Words<'a> {
             return Ok(inside);
         }
         let Some(word) = self.peek() else { return self.fail("a value") };
-        if let Some(function) = Function::ALL.into_iter().find(|f| f.name() == word) {
+        if let Some(function) = Function::all().find(|f| f.name() == word) {
             self.at += 1;
             self.want("(")?;
             let mut args = vec![self.expr()?];

@@ -1,8 +1,8 @@
 //! The one table of node types.
 //!
-//! A row gives a type's name, its number of arguments, its group, and the [`Place`]s of a tree where it may
-//! stand. Parser, printer, random creation and the settings of the node set derive from it; nowhere is there a
-//! second list. A row with a payload is a family, one type for each value of the payload: `set-` with a
+//! A row gives a type's name, its number of arguments, its group, the [`Place`]s of a tree where it may stand, and the
+//! IR operation that it is, if it is one. Parser, printer, random creation, lowering of operations and the settings of the
+//! node set derive from it; nowhere is there a second list. A row with a payload is a family, one type for each value of the payload: `set-` with a
 //! register is `set-a` … `set-e`.
 //!
 //! ```
@@ -17,14 +17,14 @@ use std::hash::{Hash, Hasher};
 use std::sync::LazyLock;
 
 use vsonar_ir::op::REGISTER_NAMES;
-use vsonar_ir::{Direction, Operand, Rect};
+use vsonar_ir::{Direction, Op, Operand, Rect};
 
 use super::payload::Payload;
 use super::place::{Group, Place};
 
 macro_rules! nodes {
     ($( $(#[$doc:meta])* $variant:ident $(($payload:ty))? $name:literal / $arity:literal
-        $group:ident [$($place:ident)*]; )*) => {
+        $group:ident [$($place:ident)*] $(= $op:ident)?; )*) => {
         /// A node of a tree. Equality and hashing are by the bits of a constant, so that 0 and -0 differ.
         #[derive(Debug, Clone, Copy)]
         pub enum Node {
@@ -55,6 +55,11 @@ macro_rules! nodes {
                 match self { $( nodes!(@pattern $variant $($payload)?) => &[ $( Place::$place ),* ], )* }
             }
 
+            /// The IR operation that is applied to the arguments' values, if the node is one.
+            pub const fn operation(self) -> Option<Op> {
+                match self { $( nodes!(@pattern $variant $($payload)?) => nodes!(@operation $($op)?), )* }
+            }
+
             /// The row of the table, and the payload's number within it.
             fn row(self) -> (Row, usize) {
                 match self { $( nodes!(@bind $variant p $($payload)?) =>
@@ -75,6 +80,8 @@ macro_rules! nodes {
     (@pattern $variant:ident $payload:ty) => { Node::$variant(_) };
     (@bind $variant:ident $p:ident) => { Node::$variant };
     (@bind $variant:ident $p:ident $payload:ty) => { Node::$variant($p) };
+    (@operation) => { None };
+    (@operation $op:ident) => { Some(Op::$op) };
     (@number $p:ident) => { 0 };
     (@number $p:ident $payload:ty) => { $p.number() };
     (@members $types:ident $variant:ident $name:literal) => {
@@ -95,29 +102,29 @@ nodes! {
     /// `3x8`: a rectangle size, width x height in pixels.
     Rect(Rect) "" / 0 Rectangle [Rect];
     /// `(+ A B)`.
-    Add "+" / 2 Arithmetic [Column Body];
+    Add "+" / 2 Arithmetic [Column Body] = Add;
     /// `(- A B)`.
-    Sub "-" / 2 Arithmetic [Column Body];
+    Sub "-" / 2 Arithmetic [Column Body] = Sub;
     /// `(* A B)`.
-    Mul "*" / 2 Arithmetic [Column Body];
+    Mul "*" / 2 Arithmetic [Column Body] = Mul;
     /// `(% A B)`: 1 where B is zero of either sign, whatever A is, else A / B (Koza 1992).
-    Div "%" / 2 Arithmetic [Column Body];
+    Div "%" / 2 Arithmetic [Column Body] = PDiv;
     /// `(square A)`: A · A.
     Square "square" / 1 Arithmetic [Column Body];
     /// `(sin A)`, A in radians.
-    Sin "sin" / 1 Arithmetic [Column Body];
+    Sin "sin" / 1 Arithmetic [Column Body] = Sin;
     /// `(cos A)`, A in radians.
-    Cos "cos" / 1 Arithmetic [Column Body];
+    Cos "cos" / 1 Arithmetic [Column Body] = Cos;
     /// `(tan A)`, A in radians.
-    Tan "tan" / 1 Arithmetic [Column Body];
+    Tan "tan" / 1 Arithmetic [Column Body] = Tan;
     /// `(atan A)`, in radians.
-    Atan "atan" / 1 Arithmetic [Column Body];
+    Atan "atan" / 1 Arithmetic [Column Body] = Atan;
     /// `(atan2 A B)`: the angle of the point with ordinate A and abscissa B, in radians.
-    Atan2 "atan2" / 2 Arithmetic [Column Body];
+    Atan2 "atan2" / 2 Arithmetic [Column Body] = Atan2;
     /// `(min A B)`: A where A < B, else B.
-    Min "min" / 2 Arithmetic [Column Body];
+    Min "min" / 2 Arithmetic [Column Body] = Min;
     /// `(max A B)`: A where A > B, else B.
-    Max "max" / 2 Arithmetic [Column Body];
+    Max "max" / 2 Arithmetic [Column Body] = Max;
     /// `x-obstacle`: the column asked for, in pixels.
     XObstacle "x-obstacle" / 0 Parameter [Column Body];
     /// `window-area`: pixels in the rectangle.

@@ -1,18 +1,13 @@
-//! Expansion: operations whose meaning is a formula above the machine's basic operations (minimum, protected
-//! division, trigonometry) are written out as those operations.
+//! Expansion: functions ([`Op::function`]: minimum, protected division, trigonometry) are written out as the machine's own
+//! operations.
 //!
 //! The formulas are instantiated over a machine whose values are registers of the block being written, so the
 //! expansion is by construction the formula that defines the operation.
 
 use crate::builder::Builder;
 use crate::machine::Machine;
-use crate::op::{Leaf, Op, Value};
+use crate::op::{Leaf, Op, Ty, Value};
 use crate::program::{Block, Program, Reg};
-
-/// Whether an operation is one of the machine's own, which every back end has an instruction for.
-pub fn is_basic(op: Op) -> bool {
-    !matches!(op, Op::PDiv | Op::Min | Op::Max | Op::Sin | Op::Cos | Op::Tan | Op::Atan | Op::Atan2)
-}
 
 /// Expands every block; whether anything changed. Regions stay as they are.
 pub fn run(program: &mut Program) -> bool {
@@ -34,10 +29,25 @@ pub fn run(program: &mut Program) -> bool {
     changed
 }
 
+/// How many of the machine's own operations an operation is made of; none for a leaf.
+pub fn steps(op: Op) -> usize {
+    let mut writer = Registers { builder: Builder::new() };
+    let operand = |writer: &mut Registers, ty: &Ty| match ty {
+        Ty::F32 => writer.builder.leaf(Leaf::XObstacle),
+        Ty::I32 => writer.builder.leaf(Leaf::IConst(0)),
+        Ty::Mask => writer.builder.leaf(Leaf::MConst(true)),
+    };
+    let args: Vec<Reg> = op.operands().iter().map(|ty| operand(&mut writer, ty)).collect();
+    if !op.is_leaf() {
+        writer.operation(op, args.into_iter(), 0);
+    }
+    writer.builder.insts().iter().filter(|inst| !inst.op().is_leaf()).count()
+}
+
 /// The expanded block, where each register is in it, and where the `ends` of regions are; `None` if nothing
 /// had to be expanded.
 fn expand(block: &Block, ends: [u32; 2]) -> Option<(Block, Vec<Reg>, [u32; 2])> {
-    if block.insts().iter().all(|inst| is_basic(inst.op())) {
+    if block.insts().iter().all(|inst| inst.op().function().is_none()) {
         return None;
     }
     let mut writer = Registers { builder: Builder::new() };
@@ -72,9 +82,9 @@ impl Registers {
     fn operation(&mut self, op: Op, args: impl Iterator<Item = Reg>, imm: u32) -> Reg {
         let values: Vec<Value<Registers>> = args
             .map(|reg| match self.builder.ty(reg) {
-                crate::Ty::F32 => Value::F32(reg),
-                crate::Ty::I32 => Value::I32(reg),
-                crate::Ty::Mask => Value::Mask(reg),
+                Ty::F32 => Value::F32(reg),
+                Ty::I32 => Value::I32(reg),
+                Ty::Mask => Value::Mask(reg),
             })
             .collect();
         match op.apply(self, &values, imm) {
@@ -123,5 +133,23 @@ impl Machine for Registers {
         to_bits(a) = ToBits; from_bits(a) = FromBits;
         iadd(a, b) = IAdd; isub(a, b) = ISub; iand(a, b) = IAnd; ior(a, b) = IOr; ixor(a, b) = IXor;
         ieq(a, b) = IEq; ilt(a, b) = ILt;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn functions_alone_are_made_of_several_steps() {
+        for &op in Op::ALL {
+            let expected = usize::from(!op.is_leaf());
+            let steps = steps(op);
+            assert!(
+                if op.function().is_some() { steps > 1 } else { steps == expected },
+                "{}: {steps}",
+                op.name()
+            );
+        }
     }
 }

@@ -1,5 +1,8 @@
 //! What the cost of running a program is made of.
 
+use std::sync::LazyLock;
+
+use vsonar_ir::opt::expand;
 use vsonar_ir::program::Region;
 use vsonar_ir::{Leaf, Loop, Op, Program, Span};
 
@@ -39,14 +42,21 @@ pub(super) fn features(program: &Program, cases: usize) -> Features {
     out
 }
 
+/// Operations of more steps than this count as dear.
+const FEW: usize = 8;
+
+/// Whether each operation, by its number, is made of many steps, as trigonometry is.
+static DEAR: LazyLock<Vec<bool>> =
+    LazyLock::new(|| Op::ALL.iter().map(|op| expand::steps(*op) > FEW).collect());
+
 /// Operations at each row, those of one instruction or few and those of many.
 fn operations(l: &Loop) -> (f64, f64) {
     let varying = &l.body().insts()[l.region(Region::Varying)];
     let mut counts = (0.0, 0.0);
     for inst in varying.iter().filter(|inst| !inst.op().is_leaf()) {
-        match inst.op() {
-            Op::Sin | Op::Cos | Op::Tan | Op::Atan | Op::Atan2 => counts.1 += 1.0,
-            _ => counts.0 += 1.0,
+        match DEAR[inst.op() as usize] {
+            true => counts.1 += 1.0,
+            false => counts.0 += 1.0,
         }
     }
     counts

@@ -3,9 +3,8 @@
 
 use std::collections::BTreeSet;
 
+use vsonar_ir::Op;
 use vsonar_ir::op::Value;
-use vsonar_ir::opt::expand::is_basic;
-use vsonar_ir::{Op, Ty};
 
 use super::live::Live;
 use super::writer::Writer;
@@ -17,30 +16,21 @@ pub(super) fn called(live: &Live<'_>, ops: &mut BTreeSet<Op>) {
     let blocks = [(live.l.column().block(), &live.column), (live.l.body(), &live.body)];
     for (block, needed) in blocks {
         let insts = block.insts().iter().zip(needed).filter(|(_, needed)| **needed);
-        ops.extend(insts.map(|(inst, _)| inst.op()).filter(|op| !op.is_leaf() && !is_basic(*op)));
+        ops.extend(insts.map(|(inst, _)| inst.op()).filter(|op| op.function().is_some()));
     }
 }
 
 /// An operation as a function.
 pub(super) fn operation(prefix: &str, op: Op) -> String {
-    const NAMES: [&str; 2] = ["a", "b"];
+    const NAMES: [&str; 3] = ["a", "b", "c"];
     let mut w = Writer::new(prefix);
     let args: Vec<Value<Writer<'_>>> =
         NAMES[..op.operands().len()].iter().map(|name| Value::F32(w.text(*name))).collect();
-    debug_assert!(op.operands().iter().all(|ty| *ty == Ty::F32), "formulas are of binary32");
-    let (body, names) = match op.apply(&mut w, &args, 0) {
-        Some(value) => w.print(&[value.f32()], "    "),
-        None => unreachable!("leaves are no functions"),
+    let (Some(about), Some(value)) = (op.function(), op.apply(&mut w, &args, 0)) else {
+        unreachable!("only functions are called")
     };
+    let (body, names) = w.print(&[value.f32()], "    ");
     let params: Vec<String> = NAMES[..args.len()].iter().map(|name| format!("float {name}")).collect();
-    let about = match op {
-        Op::PDiv => "a / b, but 1 where b is zero.",
-        Op::Min => "The smaller one; b where either is a NaN.",
-        Op::Max => "The larger one; b where either is a NaN.",
-        Op::Atan2 => "The angle of the point with ordinate a and abscissa b, in radians.",
-        Op::Atan => "The arc tangent, in radians.",
-        _ => "Of an angle in radians.",
-    };
     format!(
         "/* {about} */\nstatic float {prefix}_{}({})\n{{\n{body}    return {};\n}}\n\n",
         op.name(),

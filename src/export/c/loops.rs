@@ -4,7 +4,6 @@ use std::fmt::Write;
 
 use vsonar_ir::formula::arith;
 use vsonar_ir::op::{REGISTER_NAMES, Value};
-use vsonar_ir::opt::expand::is_basic;
 use vsonar_ir::{Block, Direction, Leaf, Op, Reg, Region, Span, Ty};
 
 use super::literal;
@@ -213,7 +212,7 @@ impl Body<'_, '_> {
             self.names[arg.index()] = name;
         }
         let args: Vec<&str> = inst.args().iter().map(|arg| self.names[arg.index()].as_str()).collect();
-        if !is_basic(inst.op()) {
+        if inst.op().function().is_some() {
             return format!("{prefix}_{}({})", inst.op().name(), args.join(", "));
         }
         let mut w = Writer::new(prefix);
