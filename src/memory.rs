@@ -8,14 +8,26 @@ use std::sync::OnceLock;
 const UNKNOWN: u64 = 8 << 30;
 
 /// Bytes that images and what is computed of them may take unless another limit is given: three quarters of the
-/// machine's memory, or 8 GiB where that is unknown.
+/// machine's memory, or of what the process may address if that is less (`ulimit -v`); 8 GiB where both are unknown.
 pub fn default_limit() -> u64 {
     static LIMIT: OnceLock<u64> = OnceLock::new();
-    *LIMIT.get_or_init(|| limit_of(physical_memory()))
+    *LIMIT.get_or_init(|| limit_of(physical_memory().into_iter().chain(addressable()).min()))
 }
 
-fn limit_of(physical: Option<u64>) -> u64 {
-    physical.map_or(UNKNOWN, |bytes| bytes / 4 * 3)
+fn limit_of(there: Option<u64>) -> u64 {
+    there.map_or(UNKNOWN, |bytes| bytes / 4 * 3)
+}
+
+/// Bytes that the process may address, if that is limited.
+fn addressable() -> Option<u64> {
+    #[cfg(unix)]
+    {
+        use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
+        let (soft, _) = getrlimit(Resource::RLIMIT_AS).ok()?;
+        return (soft != RLIM_INFINITY).then_some(soft);
+    }
+    #[cfg(not(unix))]
+    None
 }
 
 /// The physical memory of this machine in bytes, if it can be found out.

@@ -1,40 +1,49 @@
 //! A folder that one command at a time puts files into, with files of others in it.
 
 use std::fs::{self, File, TryLockError};
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::{CliError, output};
 use vsonar::support::printable::ShownPath as _;
+use vsonar::support::temporary::{Access, TemporaryFile};
 
-/// What stands at a path that is to be written; `None` for nothing.
-pub(super) fn replaceable(path: &Path, force: bool) -> Result<Option<Vec<u8>>, CliError> {
+use super::CliError;
+
+/// Whether something stands at a path that is to be written, which may be replaced.
+pub(super) fn is_replaced(path: &Path, force: bool) -> Result<bool, CliError> {
     let refused =
         |text: &str| Err(CliError::Failed(format!("{}: {text}, or choose another `--out`", path.shown())));
     if path.symlink_metadata().is_err() {
-        return Ok(None);
+        return Ok(false);
     }
     match fs::metadata(path) {
         Ok(there) if there.is_dir() => refused("is a folder; remove it"),
         _ if !force => refused("exists already; `--force` replaces it"),
         Ok(there) if !there.is_file() => refused("is a device or a pipe; remove it"),
-        // A link that leads nowhere.
-        Err(_) => Ok(None),
-        Ok(_) => {
-            fs::read(path).map(Some).map_err(|e| CliError::file(path, "read what is to be replaced", &e))
-        }
+        // A link that leads nowhere is replaced, too.
+        _ => Ok(true),
     }
 }
 
-/// Puts back what stood at these names of a folder. If not even this can be done, the failure that led here is still the
-/// one that counts.
-pub(super) fn restore<'a>(folder: &Path, files: impl Iterator<Item = (&'a String, &'a Option<Vec<u8>>)>) {
-    for (name, old) in files {
-        let path = folder.join(name);
-        let _ = match old {
-            Some(bytes) => output::write_file(&path, bytes),
-            None => fs::remove_file(&path).map_err(CliError::from),
-        };
+/// What stood at some paths, out of the way under temporary names until this is dropped, and with it removed.
+#[derive(Debug, Default)]
+pub(super) struct Aside(Vec<(PathBuf, TemporaryFile)>);
+
+impl Aside {
+    /// Puts what stands at a path out of the way.
+    pub(super) fn put(&mut self, path: &Path) -> io::Result<()> {
+        let place = TemporaryFile::beside(path, &Access::Ordinary)?;
+        fs::rename(path, place.path())?;
+        self.0.push((path.to_path_buf(), place));
+        Ok(())
+    }
+
+    /// Puts everything back. If not even this can be done, the failure that led here is still the one that counts.
+    pub(super) fn put_back(self) {
+        for (path, place) in self.0 {
+            let _ = fs::rename(place.path(), path);
+        }
     }
 }
 
@@ -87,17 +96,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_stood_there_comes_back() {
+    fn what_stood_there_comes_back_or_goes() {
         let dir = tempfile::tempdir().expect("a temporary folder");
-        let files =
-            [("a".to_string(), Some(b"old".to_vec())), ("b".to_string(), None), ("c".to_string(), None)];
-        for name in ["a", "b", "other"] {
-            fs::write(dir.path().join(name), "new").expect("writable");
-        }
-        restore(dir.path(), files.iter().map(|(name, old)| (name, old)));
-        assert_eq!(fs::read(dir.path().join("a")).expect("there"), b"old");
-        assert!(!dir.path().join("b").exists());
-        assert_eq!(fs::read(dir.path().join("other")).expect("there"), b"new");
+        let path = dir.path().join("a");
+        let aside = || {
+            let mut aside = Aside::default();
+            fs::write(&path, "old").expect("writable");
+            aside.put(&path).expect("writable");
+            assert!(!path.exists());
+            aside
+        };
+        aside().put_back();
+        assert_eq!(fs::read(&path).expect("there"), b"old");
+        drop(aside());
+        assert_eq!(fs::read_dir(dir.path()).expect("there").count(), 0, "nothing is left behind");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! `vsonar export`: a program as native code, C source and what goes with them.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use clap::ValueEnum;
@@ -10,6 +10,7 @@ use vsonar::camera::Camera;
 use vsonar::export::native::{NativeError, Object, Target};
 use vsonar::export::{self, MEDIAN, Request, Symbol};
 use vsonar::ir::{opt, text};
+use vsonar::support::bounded::Bounded;
 
 use super::executor::with_stack;
 use super::program::{self, Loaded, size};
@@ -64,7 +65,7 @@ pub(crate) struct Args {
     /// Linker for the shared library [default: one that is installed]
     #[arg(long, value_name = "PROGRAM")]
     linker: Option<PathBuf>,
-    /// Replace files that are there
+    /// Replace files that are there; killed while they take their places it leaves some of them out, never a mixture
     #[arg(long)]
     force: bool,
     /// Print nothing
@@ -155,6 +156,9 @@ pub(crate) fn run(args: Args) -> Result<(), CliError> {
     for &kind in &kinds {
         let bytes = content(kind, &args, &request, &target, object.as_ref())?;
         files.push((kind.file(&request.symbol, &target), bytes));
+    }
+    if !args.force {
+        refuse_mixture(&args.out, &kinds, &request, &target)?;
     }
     // From here on Ctrl-C waits until the files are in their places.
     let stop = interrupt::stop_flag()?;
@@ -272,6 +276,45 @@ fn content(
         Kind::Python => export::python::python(request).into_bytes(),
         Kind::Ir => text::print(&request.program).into_bytes(),
     })
+}
+
+/// Refuses to write beside files of the same name that are of another program, camera or median.
+fn refuse_mixture(folder: &Path, kinds: &[Kind], request: &Request, target: &Target) -> Result<(), CliError> {
+    for kind in Kind::value_variants().iter().filter(|kind| !kinds.contains(kind)) {
+        let path = folder.join(kind.file(&request.symbol, target));
+        // What cannot be read is not of an export.
+        if PART.bytes(&path).is_ok_and(|there| !belongs(*kind, &there, request)) {
+            return Err(CliError::Failed(format!(
+                "{}: is of another program or was exported in another way, and what is asked for would not go with it; export \
+                 it along (`--emit`), choose another `--out` or `--name`, or leave it there with `--force`",
+                path.shown()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Reads far more than any exported file has.
+const PART: Bounded = Bounded::to(256 << 20);
+
+/// Whether a file is what this request would be written as: a text to the letter, and of native code the program inside.
+fn belongs(kind: Kind, there: &[u8], request: &Request) -> bool {
+    match kind {
+        Kind::C => there == export::c::source(request).as_bytes(),
+        Kind::Python => there == export::python::python(request).as_bytes(),
+        Kind::Ir => there == text::print(&request.program).as_bytes(),
+        Kind::Header => {
+            // How much stack native code takes only who makes it knows.
+            let text = String::from_utf8_lossy(there);
+            let stack =
+                text.split("_STACK_BYTES ").skip(1).find_map(|rest| rest.split(' ').next()?.parse().ok());
+            text == export::header::header(request, stack)
+        }
+        Kind::Obj | Kind::Static | Kind::Shared => {
+            let program = request.provenance.program.as_bytes();
+            program.is_empty() || there.windows(program.len()).any(|part| part == program)
+        }
+    }
 }
 
 /// Programs of more instructions take a C compiler several seconds at `-O2`.

@@ -8,8 +8,9 @@ use vsonar::support::durable;
 use vsonar::support::printable::{self, ShownPath as _, is_hidden};
 use vsonar::support::temporary::{self, Access, TemporaryFile};
 
+use super::CliError;
+use super::exclusive::{self, Aside};
 pub(crate) use super::terminal::{print, print_data, print_json, print_json_line, print_listing, say};
-use super::{CliError, exclusive};
 
 /// Puts a file in its place as a whole: it is written under a temporary name in the same folder, brought to the
 /// disk and renamed. A device or a pipe is written to as it is.
@@ -97,8 +98,13 @@ pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: boo
     let mut write = || -> Result<(), CliError> {
         lock = exclusive::hold(folder)?;
         temporary::clear_in(folder, |stem| files.iter().any(|(name, _)| name == stem));
-        let old = files.iter().map(|(name, _)| exclusive::replaceable(&folder.join(name), force));
-        let old = old.collect::<Result<Vec<_>, _>>()?;
+        let mut old = Vec::new();
+        for (name, _) in files {
+            let path = folder.join(name);
+            if exclusive::is_replaced(&path, force)? {
+                old.push(path);
+            }
+        }
         let mut all = Vec::new();
         for (name, bytes) in files {
             let path = folder.join(name);
@@ -106,16 +112,21 @@ pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: boo
             all.push((path, new));
         }
         // What stood there goes first: who is killed in between leaves gaps, never files of two programs.
-        let cleared = all.iter().zip(&old).filter(|(_, old)| old.is_some()).try_for_each(|((path, _), _)| {
-            fs::remove_file(path).map_err(|e| CliError::file(path, "replace the file", &e))
-        });
-        let put = cleared.and_then(|()| {
-            all.into_iter().try_for_each(|(path, new)| {
-                new.replace(&path).map_err(|e| CliError::file(&path, "write the file", &e))
-            })
-        });
+        let (mut aside, mut placed) = (Aside::default(), Vec::new());
+        let put = || {
+            for path in old {
+                aside.put(&path).map_err(|e| CliError::file(&path, "replace the file", &e))?;
+            }
+            for (path, new) in all {
+                new.replace(&path).map_err(|e| CliError::file(&path, "write the file", &e))?;
+                placed.push(path);
+            }
+            Ok(())
+        };
+        let put = put();
         if put.is_err() {
-            exclusive::restore(folder, files.iter().zip(&old).map(|((name, _), old)| (name, old)));
+            placed.iter().for_each(|path| drop(fs::remove_file(path)));
+            aside.put_back();
         }
         put
     };

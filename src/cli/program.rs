@@ -13,7 +13,9 @@ use super::CliError;
 use vsonar::support::printable::ShownPath as _;
 
 /// Reads far more than the text of any program. It may come through a pipe.
-const PROGRAM: Bounded = Bounded::to(64 << 20).or_pipes();
+const PROGRAM: Bounded = BEST.or_pipes();
+/// The same of a run folder's program.
+const BEST: Bounded = Bounded::to(64 << 20);
 
 /// What a file holds.
 #[derive(Debug)]
@@ -118,7 +120,11 @@ pub(crate) fn file(path: &Path) -> Result<PathBuf, CliError> {
     let best = path.join("best.gp");
     match path.is_dir() {
         false => Ok(path.to_path_buf()),
-        true if best.exists() => Ok(best),
+        // Whoever names a folder means no pipe.
+        true if best.exists() => match BEST.open(&best) {
+            Ok(_) => Ok(best),
+            Err(error) => Err(CliError::file(&best, "read the program", &error)),
+        },
         true => Err(CliError::Failed(format!(
             "{}: this folder has no best.gp, so it is no run folder; give a program, or the folder of one run",
             path.shown()

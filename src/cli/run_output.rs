@@ -7,6 +7,7 @@ use vsonar::camera::ground::{Range, Status};
 use vsonar::frames::y4m::{Chroma, Header, Writer};
 use vsonar::frames::{Frame, Rate};
 use vsonar::report::{Mark, Overlay};
+use vsonar::support::printable;
 
 use super::run_worker::Answers;
 
@@ -20,7 +21,7 @@ pub(crate) struct Timing {
 /// Where the answers go.
 pub(crate) enum Sink {
     /// A line of JSON a frame, with ranges or without.
-    Lines { out: StdoutLock<'static>, line: Vec<u8>, ranges: bool },
+    Lines { out: StdoutLock<'static>, ranges: bool },
     /// A Y4M stream.
     Overlay { writer: Writer<StdoutLock<'static>>, overlay: Overlay, marks: Vec<Mark> },
 }
@@ -30,7 +31,7 @@ const RATE: Option<Rate> = Rate::new(30, 1);
 
 impl Sink {
     pub(crate) fn lines(ranges: bool) -> Sink {
-        Sink::Lines { out: io::stdout().lock(), line: Vec::new(), ranges }
+        Sink::Lines { out: io::stdout().lock(), ranges }
     }
 
     /// A stream of frames of `width` x `height` pixels, enlarged `scale` times.
@@ -49,11 +50,9 @@ impl Sink {
     /// Writes the answers to a frame, and flushes them.
     pub(crate) fn write(&mut self, frame: &Frame, answers: &Answers, timing: Timing) -> io::Result<()> {
         match self {
-            Sink::Lines { out, line, ranges } => {
-                line.clear();
-                serde_json::to_writer(&mut *line, &Line::new(frame, answers, timing, *ranges))?;
-                line.push(b'\n');
-                out.write_all(line)?;
+            Sink::Lines { out, ranges } => {
+                let line = serde_json::to_string(&Line::new(frame, answers, timing, *ranges))?;
+                writeln!(out, "{}", printable::json(&line))?;
                 out.flush()
             }
             Sink::Overlay { writer, overlay, marks } => {

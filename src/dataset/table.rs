@@ -54,7 +54,7 @@ pub(crate) struct LabelTable {
 
 /// Reads the table of a folder.
 pub(super) fn read_table(dir: &Path, path: &Path, faults: &mut Vec<Fault>) -> LabelTable {
-    if !path.is_file() {
+    if path.symlink_metadata().is_err() {
         faults.push(Fault { at: Place::Set, kind: FaultKind::NoTable(path.into()) });
         return LabelTable::default();
     }

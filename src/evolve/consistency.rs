@@ -141,6 +141,9 @@ pub(super) fn check_against(state: &State, settings: &Settings, cases: usize) ->
     Ok(())
 }
 
+/// More than any run counts to, with room for runs that go on: counts add up without wrapping.
+const COUNTED: f64 = (1u64 << 53) as f64;
+
 /// Holds the numbers of a record against what they can be.
 fn check_ranges(record: &Record, members: usize, cases: usize) -> Result<(), Contradiction> {
     let r = record;
@@ -149,6 +152,10 @@ fn check_ranges(record: &Record, members: usize, cases: usize) -> Result<(), Con
     let above = |most: f64| most * (1.0 + 1e-9);
     let t = &r.timing;
     for (field, value, least, most) in [
+        ("evaluations", Some(r.evaluations as f64), 0.0, COUNTED),
+        ("evaluations_total", Some(r.evaluations_total as f64), 0.0, COUNTED),
+        ("distinct_optimised", r.distinct_optimised.map(|n| n as f64), 0.0, COUNTED),
+        ("timing.executed", Some(t.executed as f64), 0.0, COUNTED),
         ("best_fitness", Some(r.best_fitness), 0.0, 1.0),
         ("mean_fitness", Some(r.mean_fitness), 0.0, above(r.best_fitness)),
         ("median_fitness", Some(r.median_fitness), 0.0, above(r.best_fitness)),
@@ -224,6 +231,8 @@ fn check_course(records: &[Record]) -> Result<(), Contradiction> {
 fn check_last(state: &State, cases: usize) -> Result<(), Contradiction> {
     let Some(r) = state.records.last() else { return Ok(()) };
     let p = Record::of(r.generation, &state.population, cases, 0, (0, 0), None);
+    // Records of earlier revisions lack some.
+    let (largest, entropy) = (p.largest_behaviour.unwrap_or_default(), p.case_entropy.unwrap_or_default());
     for (field, found, expected) in [
         ("best_fitness", r.best_fitness, p.best_fitness),
         ("mean_fitness", r.mean_fitness, p.mean_fitness),
@@ -234,6 +243,9 @@ fn check_last(state: &State, cases: usize) -> Result<(), Contradiction> {
         ("mean_depth", r.mean_depth, p.mean_depth),
         ("max_depth", f64::from(r.max_depth), f64::from(p.max_depth)),
         ("distinct_programs", f64::from(r.distinct_programs), f64::from(p.distinct_programs)),
+        ("distinct_behaviours", f64::from(r.distinct_behaviours), f64::from(p.distinct_behaviours)),
+        ("largest_behaviour", r.largest_behaviour.unwrap_or(largest), largest),
+        ("case_entropy", r.case_entropy.unwrap_or(entropy), entropy),
         ("constant_share", r.constant_share, p.constant_share),
     ] {
         if found != expected {

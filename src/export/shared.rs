@@ -8,6 +8,7 @@ use std::process::{Command, Output};
 use super::Symbol;
 use super::native::Target;
 use crate::support::printable::ShownPath as _;
+use crate::support::temporary::{self, TemporaryFolder};
 
 /// Why there is no shared library.
 #[derive(Debug, thiserror::Error)]
@@ -168,7 +169,10 @@ pub fn link(
     linker: Option<&Path>,
     exports: &[&str],
 ) -> Result<Vec<u8>, SharedError> {
-    let scratch = tempfile::Builder::new().prefix("vsonar-").tempdir();
+    // What a process that was killed has left there goes.
+    let place = std::env::temp_dir().join("vsonar-link");
+    temporary::clear(&place);
+    let scratch = TemporaryFolder::beside(&place);
     let file = |path: &Path| {
         let path = path.to_path_buf();
         move |source| SharedError::File { path, source }

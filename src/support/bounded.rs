@@ -41,6 +41,13 @@ pub enum ReadFault {
     NotAFile(&'static str),
 }
 
+impl ReadFault {
+    /// For something of this kind, which is no regular file.
+    pub(crate) fn kind(kind: FileType) -> ReadFault {
+        ReadFault::NotAFile(name(kind))
+    }
+}
+
 impl From<ReadFault> for io::Error {
     fn from(fault: ReadFault) -> io::Error {
         io::Error::new(io::ErrorKind::InvalidInput, fault)
@@ -102,13 +109,13 @@ impl Bounded {
         }
         #[cfg(not(unix))]
         if !self.links && path.symlink_metadata()?.is_symlink() {
-            return Err(ReadFault::NotAFile("a link").into());
+            return Err(ReadFault::kind(there.file_type()).into());
         }
         let file = options.open(path).map_err(|error| self.explain(path, error))?;
         let kind = file.metadata()?.file_type();
         match kind.is_file() || self.pipes && !kind.is_dir() {
             true => Ok(file),
-            false => Err(ReadFault::NotAFile(name(kind)).into()),
+            false => Err(ReadFault::kind(kind).into()),
         }
     }
 
@@ -141,7 +148,7 @@ impl Bounded {
                     && !there.is_symlink()
                     && error.kind() != io::ErrorKind::PermissionDenied =>
             {
-                ReadFault::NotAFile(name(there.file_type())).into()
+                ReadFault::kind(there.file_type()).into()
             }
             _ => error,
         }
@@ -160,7 +167,11 @@ fn name(kind: FileType) -> &'static str {
             return "a socket";
         }
     }
-    if kind.is_dir() { "a folder" } else { "a device" }
+    match (kind.is_symlink(), kind.is_dir()) {
+        (true, _) => "a link",
+        (_, true) => "a folder",
+        _ => "a device",
+    }
 }
 
 /// A number of bytes in words.

@@ -4,6 +4,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
 use std::path::Path;
 
+use super::bounded::ReadFault;
 use super::warnings::{self, Lack};
 
 /// Held while a run folder, or another that one process at a time is to write, is written. It is released when it is
@@ -54,7 +55,7 @@ impl Lock {
     /// Takes the lock that is this file, which is made if it is not there; a link is not followed.
     ///
     /// # Errors
-    /// If the file cannot be made or opened for writing, or is a link.
+    /// If the file cannot be made or opened for writing, or is no regular file.
     pub fn take_file(path: &Path) -> io::Result<Option<Lock>> {
         Lock::take_by(path, File::try_lock)
     }
@@ -63,10 +64,19 @@ impl Lock {
         path: &Path,
         lock: impl FnOnce(&File) -> Result<(), TryLockError>,
     ) -> io::Result<Option<Lock>> {
+        if let Ok(there) = path.symlink_metadata().map(|there| there.file_type())
+            && !there.is_file()
+        {
+            return Err(ReadFault::kind(there).into());
+        }
         let mut options = OpenOptions::new();
         options.create(true).truncate(false).write(true);
+        // Without waiting, should a pipe have come there since.
         #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, nix::libc::O_NOFOLLOW);
+        std::os::unix::fs::OpenOptionsExt::custom_flags(
+            &mut options,
+            nix::libc::O_NOFOLLOW | nix::libc::O_NONBLOCK,
+        );
         let file = options.open(path)?;
         match Attempt::of(lock(&file))? {
             Attempt::Taken => return Ok(None),

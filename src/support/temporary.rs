@@ -85,6 +85,11 @@ impl TemporaryFile {
         self.file.as_file_mut()
     }
 
+    /// Where it is until it is put in its place.
+    pub fn path(&self) -> &Path {
+        self.file.path()
+    }
+
     /// Puts the file in its place and replaces what is there. On failure it is removed.
     ///
     /// # Errors

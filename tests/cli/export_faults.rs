@@ -158,3 +158,25 @@ fn a_device_or_a_pipe_in_the_way_stays() {
     place.ok(&[&arguments[..], &["--force", "--quiet"]].concat());
     assert!(place.read("o/p.h").contains("P_WIDTH"));
 }
+
+/// Files of one name in one folder are of one program.
+#[test]
+fn files_of_two_programs_are_not_mixed() {
+    let place = Place::new();
+    place.write("a.gp", "(individual (iterate-up 3x3 x-obstacle (set-a gradient)))");
+    place.write("b.gp", "(individual (iterate-up 3x3 x-obstacle (set-a raw)))");
+    let export = |program: &'static str, emit: &'static str, more: &[&'static str]| {
+        let all = ["export", program, "--name", "eye", "--out", "o", "--size", "64x48", "--emit", emit];
+        [&all[..], more].concat()
+    };
+    place.ok(&export("a.gp", "obj,header", &[]));
+    // What goes with it may come later, and in any order.
+    place.ok(&export("a.gp", "c", &[]));
+    place.ok(&export("a.gp", "ir,static", &[]));
+    for (emit, named) in [("python", "eye.o"), ("shared,python,obj,static,c", "eye.h")] {
+        let complaint = place.fails(1, &export("b.gp", emit, &[]));
+        assert!(complaint.contains(named) && complaint.contains("another program"), "{complaint}");
+    }
+    assert!(!place.path("o/eye.py").exists());
+    place.ok(&export("b.gp", "python", &["--force"]));
+}

@@ -71,6 +71,8 @@ fn files_of_a_run_are_files() {
         ("settings.toml", &["report", "run", "--out", "page.html"]),
         ("log.jsonl", &["report", "run", "--out", "page.html"]),
         ("hall_of_fame.jsonl", &["report", "run", "--out", "page.html"]),
+        ("best.gp", &["explain", "run"]),
+        ("best.gp", &["export", "run", "--name", "eye", "--out", "o"]),
     ] {
         let kept = place.path("kept");
         std::fs::rename(run.join(name), &kept).expect("there");
@@ -88,6 +90,23 @@ fn files_of_a_run_are_files() {
         let output = ends(start(&place, &["evolve", "--resume", "run", "--quiet"]));
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         assert_eq!(place.read(&format!("run/{name}")), before);
+    }
+}
+
+#[test]
+fn locks_and_tables_are_files() {
+    let place = Place::new();
+    place.ok(&tiny(&["--quiet", "--out", "run"]));
+    for (make, said) in &ODD[..2] {
+        let said = said.replace("a device", "a link");
+        make(&place.path("run/lock"));
+        let complaint = refused(&place, &["evolve", "--resume", "run", "--generations", "5", "--quiet"]);
+        assert!(complaint.contains("lock") && complaint.contains(&said), "{complaint}");
+    }
+    for (make, said) in ODD {
+        make(&place.path("data/labels.csv"));
+        let complaint = refused(&place, &["eval", "run", "--data", "data"]);
+        assert!(complaint.contains(said) && !complaint.contains("missing"), "{complaint}");
     }
 }
 

@@ -59,6 +59,16 @@ fn names_give_no_orders_to_the_terminal() {
     let names: Vec<&str> =
         json["images"].as_array().expect("a list").iter().filter_map(|i| i["image"].as_str()).collect();
     assert_eq!(names, EVIL);
+    let output = place.command(&["run", "p.gp", "--input", "evil/images"]).output().expect("started");
+    let lines = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(plain(&lines), "{lines:?}");
+    let names: Vec<String> = lines
+        .lines()
+        .filter_map(|line| {
+            serde_json::from_str::<serde_json::Value>(line).ok()?["image"].as_str().map(String::from)
+        })
+        .collect();
+    assert_eq!(names, EVIL);
     // Images without labels, and those that are faulty.
     let table = place.read("evil/labels.csv");
     let labelled: String = table.lines().take(1).map(|line| format!("{line}\n")).collect();

@@ -61,3 +61,14 @@ fn operations(l: &Loop) -> (f64, f64) {
     }
     counts
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn trigonometry_is_dear() {
+        let dear: Vec<&str> = Op::ALL.iter().filter(|op| DEAR[**op as usize]).map(|op| op.name()).collect();
+        assert_eq!(dear, ["sin", "cos", "tan", "atan", "atan2"]);
+    }
+}
