@@ -19,14 +19,15 @@ fn limit_of(there: Option<u64>) -> u64 {
 }
 
 /// Bytes that the process may address, if that is limited.
+#[cfg(unix)]
 fn addressable() -> Option<u64> {
-    #[cfg(unix)]
-    {
-        use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
-        let (soft, _) = getrlimit(Resource::RLIMIT_AS).ok()?;
-        return (soft != RLIM_INFINITY).then_some(soft);
-    }
-    #[cfg(not(unix))]
+    use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
+    let (soft, _) = getrlimit(Resource::RLIMIT_AS).ok()?;
+    (soft != RLIM_INFINITY).then_some(soft)
+}
+
+#[cfg(not(unix))]
+fn addressable() -> Option<u64> {
     None
 }
 
