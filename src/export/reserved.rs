@@ -46,7 +46,7 @@ const HEADERS: &str = "
 const LIBRARIES: &str = "
     advapi32 anl asan atomic bcrypt bsd c c_nonshared clang_rt crypt crypto cxx dbghelp dl g gcc gcc_eh gcc_s gcov gdi32
     gloss gomp itm kernel32 ld lsan m mingw32 mingwex moldname msvcrt mvec nosys nsl ntdll objc ole32 omp opencv_core
-    pthread quadmath resolv rt shell32 ssl ssp stdc supc system tsan ubsan ucrt ucrtbase unwind user32 util uuid
+    pthread python3 quadmath resolv rt shell32 ssl ssp stdc supc system tsan ubsan ucrt ucrtbase unwind user32 util uuid
     vcruntime140 winpthread ws2_32 z";
 
 /// What the limits of C's types begin with: the header's `NAME_WIDTH` is the number of a type's bits there.
@@ -106,6 +106,7 @@ mod tests {
             ("libc", "linkers"),
             ("libm", "linkers"),
             ("gcc_s", "linkers"),
+            ("python3", "linkers"),
             ("kernel32", "linkers"),
             ("size", "macro"),
             ("INT8", "macro"),
