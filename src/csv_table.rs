@@ -1,7 +1,8 @@
 //! Tables of separated values, as spreadsheets, pandas and people write them: the one reader for all of them.
 //!
 //! Read is what RFC 4180 allows and what is common beyond it: fields in quotes, a byte order mark, every kind of line
-//! end, spaces around fields, blank rows, and semicolons or tabs between the fields, as the header has them.
+//! end, spaces around fields, blank rows, and semicolons or tabs between the fields, as the header has them or a first
+//! line `sep=;` declares them for Excel.
 //!
 //! ```
 //! use vsonar::csv_table::{CsvReader, whole_number};
@@ -38,6 +39,8 @@ pub struct CsvReader<'t> {
     at: usize,
     line: u64,
     delimiter: u8,
+    /// Whether the text declares the delimiter in a line of its own.
+    is_declared: bool,
     comments: bool,
 }
 
@@ -70,8 +73,18 @@ impl<'t> CsvReader<'t> {
             return Err(CsvError { line: 1, problem });
         }
         let at = if text.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
-        let mut reader = CsvReader { text, at, line: 1, delimiter: DELIMITERS[0], comments: false };
-        reader.delimiter = reader.find_delimiter();
+        let delimiter = DELIMITERS[0];
+        let mut reader = CsvReader { text, at, line: 1, delimiter, is_declared: false, comments: false };
+        match &text[at..] {
+            [b's', b'e', b'p', b'=', declared, rest @ ..]
+                if DELIMITERS.contains(declared) && matches!(rest.first(), None | Some(b'\r' | b'\n')) =>
+            {
+                (reader.delimiter, reader.is_declared) = (*declared, true);
+                reader.at += 5;
+                reader.skip_line_end();
+            }
+            _ => reader.delimiter = reader.find_delimiter(),
+        }
         Ok(reader)
     }
 
@@ -79,7 +92,9 @@ impl<'t> CsvReader<'t> {
     #[must_use]
     pub fn with_comments(mut self) -> CsvReader<'t> {
         self.comments = true;
-        self.delimiter = self.find_delimiter();
+        if !self.is_declared {
+            self.delimiter = self.find_delimiter();
+        }
         self
     }
 
@@ -346,6 +361,15 @@ mod tests {
         assert_eq!(rows("19\" rack,b\n\"two\nlines\",\"\"\n"), [["19\" rack", "b"], ["two\nlines", ""]]);
         assert_eq!(rows(""), Vec::<Vec<String>>::new());
         assert_eq!(rows("\u{feff}"), Vec::<Vec<String>>::new());
+    }
+
+    #[test]
+    fn a_first_line_declares_the_delimiter_as_excel_means_it() {
+        for text in ["sep=;\na;b,c\n1;2\n", "\u{feff}sep=;\r\na;b,c\r\n1;2", "sep=;\r# d,e\ra;b,c\r1;2"] {
+            assert_eq!(rows(text), [["a", "b,c"], ["1", "2"]], "{text:?}");
+        }
+        assert_eq!((lines("sep=,\na,b\n"), rows("sep=\t")), (vec![2], vec![]));
+        assert_eq!(rows("sep=|\na|b\n"), [["sep=|"], ["a|b"]]);
     }
 
     #[test]

@@ -6,7 +6,8 @@
 //! ```
 //! use vsonar::dataset::{Fault, FaultKind, Place};
 //! let fault = Fault { at: Place::Line(7), kind: FaultKind::Number { column: 'y', text: "low".into() } };
-//! assert_eq!(fault.to_string(), "labels.csv line 7: y is `low`, not a whole number");
+//! let text = "labels.csv line 7: y is `low`, not a whole number; write the pixel's number, counted from 0";
+//! assert_eq!(fault.to_string(), text);
 //! ```
 
 use std::fmt;
@@ -169,7 +170,7 @@ pub enum FaultKind {
         common_height: u32,
     },
     /// x or y is not a whole number.
-    #[error("{column} is `{text}`, not a whole number")]
+    #[error("{column} is `{text}`, not a whole number; {}", number_remedy(.text))]
     Number {
         /// `x` or `y`.
         column: char,
@@ -270,6 +271,17 @@ impl Serialize for Fault {
         out.serialize_field("kind", self.kind.code())?;
         out.serialize_field("message", &self.kind.to_string())?;
         out.end()
+    }
+}
+
+fn number_remedy(text: &str) -> &'static str {
+    let number = text.replacen(',', ".", 1).parse::<f64>();
+    match number {
+        _ if text.is_empty() || text.eq_ignore_ascii_case("na") => "leave the row out if there is no label",
+        Ok(number) if number.is_nan() => "leave the row out if there is no label",
+        Ok(number) if number.fract() == 0.0 && text.contains(',') => "write fractions with a point",
+        Ok(number) if number.is_finite() => "round it: pixels are counted in whole numbers",
+        _ => "write the pixel's number, counted from 0",
     }
 }
 

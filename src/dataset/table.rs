@@ -174,13 +174,14 @@ pub(crate) struct Header {
 impl Header {
     fn read(record: &CsvRecord<'_>, delimiter: u8) -> Result<Header, FaultKind> {
         let names = record.texts();
+        let separator = char::from(delimiter).to_string();
         let optional = |wanted: &str| {
             let mut places = names.iter().enumerate().filter(|(_, n)| *n == wanted).map(|(i, _)| i);
             let place = places.next();
             if places.next().is_some() { Err(format!("with `{wanted}` twice")) } else { Ok(place) }
         };
         let column = |wanted: &str| optional(wanted)?.ok_or(format!("without `{wanted}`"));
-        let fault = |problem| FaultKind::Header { found: names.join(","), problem };
+        let fault = |problem| FaultKind::Header { found: names.join(&separator), problem };
         let mut columns = [0; 3];
         for (place, wanted) in columns.iter_mut().zip(["image", "x", "y"]) {
             *place = column(wanted).map_err(fault)?;

@@ -32,6 +32,7 @@ fn numbers_quotes_and_separators_change_nothing() {
         TABLE.replace(",12", ",1.2e+01").replace(",9", ",\"9.0\""),
         TABLE.replace(',', ";"),
         TABLE.replace(',', "\t"),
+        format!("sep=;\r\n{}", TABLE.replace(',', ";")),
         format!("\u{feff}{}", TABLE.replace('\n', "\r\n")),
         TABLE.replace("image,x,y", "\"image\", \"x\" ,\"y\"").replace("a.png", " \"a.png\" "),
         format!("\n{}", TABLE.replace('\n', "\n,,\n")),
@@ -56,8 +57,13 @@ fn tables_that_are_none_say_why() {
         (fault["line"].as_u64(), fault["message"].as_str().expect("a text").to_string())
     };
     for (table, line, said) in [
-        (&b"image,x,y\na.png,3,10.5\n"[..], 2, "y is `10.5`, not a whole number"),
-        (b"image;x;y\na.png;3;1,5\n", 2, "y is `1,5`, not a whole number"),
+        (&b"image,x,y\na.png,3,10.5\n"[..], 2, "y is `10.5`, not a whole number; round it"),
+        (b"image;x;y\na.png;3;1,5\n", 2, "y is `1,5`, not a whole number; round it"),
+        (b"image;x;y\na.png;3;3,0\n", 2, "y is `3,0`, not a whole number; write fractions with a point"),
+        (b"image,x,y\na.png,3,\n", 2, "y is ``, not a whole number; leave the row out"),
+        (b"image,x,y\na.png,3,NaN\n", 2, "y is `NaN`, not a whole number; leave the row out"),
+        (b"image,x,y\na.png,3,low\n", 2, "y is `low`, not a whole number; write the pixel's number"),
+        (b"image;y\na.png;3\n", 1, "the header is `image;y`, without `x`"),
         (b"image|x|y\na.png|3|1\n", 1, "with commas, semicolons or tabs between them"),
         (b"image,x,y\n\"a.png,3,10\nb.png,3,1\n", 2, "a quote is opened and never closed"),
         (b"image,x,y\n\"a\".png,3,10\n", 2, "after its closing quote"),
