@@ -44,6 +44,18 @@ pub enum ImageError {
         /// The decoder's error.
         source: image::ImageError,
     },
+    /// The samples of a TIFF file are whole numbers of more than 16 bits.
+    #[error(
+        "{}: the samples are whole numbers of {bits} bits, and only those of up to 16 are read; save the image with 8 or \
+         16 bits",
+        .path.shown()
+    )]
+    Deep {
+        /// The file.
+        path: PathBuf,
+        /// Bits of a sample.
+        bits: u64,
+    },
     /// A TIFF file holds floating-point samples, for which the format does not define white.
     #[error(
         "{}: the samples are floating-point numbers, and TIFF does not say which of them is white; scale them and save \

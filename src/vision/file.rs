@@ -94,17 +94,22 @@ impl Header {
                 let float = matches!(colour, ColorType::Rgb32F | ColorType::Rgba32F);
                 Ok(Header { float, ..header })
             }
-            // What the decoder refuses may be a palette, or floating point.
+            // What the decoder refuses may be a palette, floating point, or of many bits.
             Err(image::ImageError::Unsupported(error)) if format == ImageFormat::Tiff => {
                 let file = whole()?;
                 let tags = tiff::Tags::read(&file);
-                match tags.as_ref().and_then(|tags| Some((tags.palette()?, tags.size()?))) {
-                    Some((_, (width, height))) => Ok(of(width, height, 5, true)),
-                    None if tags.is_some_and(|tags| tags.is_float()) => {
-                        Err(ImageError::Float { path: path.into() })
-                    }
-                    None => Err(failed(image::ImageError::Unsupported(error))),
+                if let Some((_, (width, height))) =
+                    tags.as_ref().and_then(|tags| Some((tags.palette()?, tags.size()?)))
+                {
+                    return Ok(of(width, height, 5, true));
                 }
+                if tags.as_ref().is_some_and(|tags| tags.is_float()) {
+                    return Err(ImageError::Float { path: path.into() });
+                }
+                Err(match tags.and_then(|tags| tags.many_bits()) {
+                    Some(bits) => ImageError::Deep { path: path.into(), bits },
+                    None => failed(image::ImageError::Unsupported(error)),
+                })
             }
             Err(error) => Err(failed(error)),
         }
@@ -310,8 +315,8 @@ mod tests {
         // Whole numbers of 32 bits are not damage.
         let tags: [(u16, u16, &[u64]); 2] = [(262, 3, &[1]), (277, 3, &[1])];
         let (wrong, text) = error(&file(false, false, (16, 16), 32, &tags, &[0; 1024]));
-        assert!(matches!(wrong, ImageError::Unsupported { .. }), "{text}");
-        assert!(!text.contains("damaged") && text.contains("convert it to PNG"), "{text}");
+        assert!(matches!(wrong, ImageError::Deep { bits: 32, .. }), "{text}");
+        assert!(text.contains("whole numbers of 32 bits") && text.contains("8 or 16 bits"), "{text}");
         // A palette of two colours: red, and a gray.
         let map = [65_535, 25_700, 0, 25_700, 0, 25_700];
         let tags: [(u16, u16, &[u64]); 3] = [(262, 3, &[3]), (277, 3, &[1]), (320, 3, &map)];

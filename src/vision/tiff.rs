@@ -104,6 +104,11 @@ impl<'f> Tags<'f> {
         self.value(SAMPLE_FORMAT) == Some(3)
     }
 
+    /// Bits of a sample, if there are more than the decoder gives for whole numbers.
+    pub(super) fn many_bits(&self) -> Option<u64> {
+        self.value(BITS).filter(|&bits| bits > 16)
+    }
+
     /// Whether the compression changes samples: JPEG of either kind, JPEG 2000, lossy WebP and JPEG XL.
     pub(crate) fn is_lossy(&self) -> bool {
         matches!(self.value(COMPRESSION), Some(6 | 7 | 34_712 | 34_892 | 50_001 | 50_002 | 52_546))

@@ -66,7 +66,8 @@ fn pictures_and_masks_that_cannot_be_used() {
     assert!(said.contains("--skip-faulty"), "{said}");
     place.write("masks/scene_1.png", &mask[..mask.len() / 2]);
     assert!(import(&["--ground", "7"]).contains("masks/scene_1.png"));
-    RgbImage::new(96, 80).save(place.path("masks/scene_1.png")).expect("writable");
+    let colours = RgbImage::from_pixel(96, 80, image::Rgb([128, 64, 128]));
+    colours.save(place.path("masks/scene_1.png")).expect("writable");
     assert!(import(&["--ground", "7"]).contains("is in colour; say which colours"));
     place.write("masks/scene_1.png", &mask);
     GrayImage::new(96, 80).save(place.path("masks/scene_1.bmp")).expect("writable");

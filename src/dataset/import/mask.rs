@@ -88,8 +88,8 @@ pub(super) enum Mask {
 }
 
 impl Mask {
-    /// Reads a mask of colours, or one of numbers: those of a palette where the format keeps them (PNG, BMP, TIFF), else
-    /// the gray levels.
+    /// Reads a mask of colours, or one of numbers: those of a palette where the format keeps them (PNG, BMP, TIFF, GIF),
+    /// else the gray levels, also where they are stored as colours.
     pub(super) fn load(path: &Path, colours: bool) -> Result<Mask, ImportError> {
         let unreadable = |error| match error {
             ImageError::Io { path, source } => ImportError::Read { path, source },
@@ -102,7 +102,16 @@ impl Mask {
             return Err(ImportError::mask(path, text));
         }
         match format {
-            ImageFormat::Png if !colours => return ids_of_png(path, &file),
+            ImageFormat::Png if !colours => {
+                if let Some(mask) = ids_of_png(path, &file)? {
+                    return Ok(mask);
+                }
+            }
+            ImageFormat::Gif if !colours => {
+                if let Some(mask) = ids_of_gif(path, &file)? {
+                    return Ok(mask);
+                }
+            }
             ImageFormat::Bmp if !colours => file = with_numbered_palette(&file).unwrap_or(file),
             ImageFormat::Tiff if !colours => {
                 if let Some(palette) = Tags::read(&file).and_then(|tags| tags.palette()) {
@@ -121,14 +130,12 @@ impl Mask {
             DynamicImage::ImageLuma16(gray) => gray.into_raw(),
             DynamicImage::ImageLumaA8(gray) => gray.pixels().map(|pixel| pixel.0[0].into()).collect(),
             DynamicImage::ImageLumaA16(gray) => gray.pixels().map(|pixel| pixel.0[0]).collect(),
-            // Formats without gray keep it as colour.
+            // Formats without gray, and many tools in the others, keep it as colour.
             image @ (DynamicImage::ImageRgb8(_) | DynamicImage::ImageRgba8(_)) => {
-                let rgb = image.into_rgb8();
-                let gray = |pixel: &image::Rgb<u8>| {
-                    let [red, green, blue] = pixel.0;
-                    (red == green && green == blue).then_some(u16::from(red))
-                };
-                rgb.pixels().map(gray).collect::<Option<_>>().ok_or_else(|| in_colour(path))?
+                grays(&image.into_rgb8()).ok_or_else(|| in_colour(path))?
+            }
+            image @ (DynamicImage::ImageRgb16(_) | DynamicImage::ImageRgba16(_)) => {
+                grays(&image.into_rgb16()).ok_or_else(|| in_colour(path))?
             }
             _ => return Err(in_colour(path)),
         };
@@ -149,6 +156,12 @@ impl Mask {
             Mask::Colours(image) => Value::Colour(image.get_pixel(x, y).0),
         }
     }
+}
+
+/// The levels of an image of red, green and blue; none if they differ anywhere.
+fn grays<T: Copy + PartialEq + Into<u16>>(samples: &[T]) -> Option<Vec<u16>> {
+    let level = |pixel: &[T]| (pixel[0] == pixel[1] && pixel[1] == pixel[2]).then(|| pixel[0].into());
+    samples.chunks_exact(3).map(level).collect()
 }
 
 fn in_colour(path: &Path) -> ImportError {
@@ -206,8 +219,33 @@ fn with_numbered_palette(file: &[u8]) -> Option<Vec<u8>> {
     Some(file)
 }
 
-/// The numbers of a PNG file as they are stored, before any palette and of any depth.
-fn ids_of_png(path: &Path, file: &[u8]) -> Result<Mask, ImportError> {
+/// The numbers of a GIF file's first picture, and around it that of the background; none if the whole palette is gray, for
+/// GIF has no other gray, and writers number it anew.
+fn ids_of_gif(path: &Path, file: &[u8]) -> Result<Option<Mask>, ImportError> {
+    let failed = |error: gif::DecodingError| damaged(path, &error);
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::Indexed);
+    options.check_frame_consistency(true);
+    // The size is checked, and no frame is larger.
+    options.set_memory_limit(gif::MemoryLimit::Unlimited);
+    let mut decoder = options.read_info(file).map_err(failed)?;
+    let (width, height) = (decoder.width(), decoder.height());
+    let background = decoder.bg_color().unwrap_or_default() as u16;
+    let mut ids = vec![background; usize::from(width) * usize::from(height)];
+    let Some(frame) = decoder.read_next_frame().map_err(failed)? else {
+        return Err(damaged(path, &"has no picture"));
+    };
+    let (left, across) = (usize::from(frame.left), usize::from(frame.width));
+    let rows = ids.chunks_exact_mut(width.max(1).into()).skip(frame.top.into());
+    for (row, numbers) in rows.zip(frame.buffer.chunks_exact(across.max(1))) {
+        row[left..][..across].iter_mut().zip(numbers).for_each(|(id, &number)| *id = number.into());
+    }
+    let is_gray = decoder.palette().is_ok_and(|palette| grays(palette).is_some());
+    Ok((!is_gray).then_some(Mask::Ids { width: width.into(), height: height.into(), ids }))
+}
+
+/// The numbers of a PNG file as they are stored, before any palette and of any depth; none if it stores colours.
+fn ids_of_png(path: &Path, file: &[u8]) -> Result<Option<Mask>, ImportError> {
     let failed = |error: png::DecodingError| damaged(path, &error);
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(file), png::Limits { bytes: MAX_BYTES });
     decoder.set_transformations(Transformations::IDENTITY);
@@ -217,7 +255,7 @@ fn ids_of_png(path: &Path, file: &[u8]) -> Result<Mask, ImportError> {
     let samples = match colour {
         ColorType::Grayscale | ColorType::Indexed => 1,
         ColorType::GrayscaleAlpha => 2,
-        ColorType::Rgb | ColorType::Rgba => return Err(in_colour(path)),
+        ColorType::Rgb | ColorType::Rgba => return Ok(None),
     };
     let mut raw =
         vec![0; reader.output_buffer_size().filter(|&bytes| bytes <= MAX_BYTES).unwrap_or_default()];
@@ -243,7 +281,7 @@ fn ids_of_png(path: &Path, file: &[u8]) -> Result<Mask, ImportError> {
             }
         }
     }
-    Ok(Mask::Ids { width, height, ids })
+    Ok(Some(Mask::Ids { width, height, ids }))
 }
 
 #[cfg(test)]
@@ -376,11 +414,33 @@ mod tests {
         }
         // Gray that is stored as colour is gray.
         let rgb = DynamicImage::ImageLuma8(levels).to_rgb8();
-        for name in ["rgb.bmp", "rgb.tiff", "rgb.qoi", "rgb.webp"] {
-            let path = dir.path().join(name);
-            rgb.save(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
-            assert_eq!(ids(&path), expected, "{name}");
+        let deep = DynamicImage::ImageRgb8(rgb.clone()).to_rgb16();
+        for kind in ["bmp", "tiff", "qoi", "webp", "gif", "png"] {
+            let path = dir.path().join(format!("rgb.{kind}"));
+            DynamicImage::ImageRgb8(rgb.clone()).save(&path).unwrap_or_else(|e| panic!("{kind}: {e}"));
+            assert_eq!(ids(&path), expected, "{kind}");
+            if ["tiff", "png"].contains(&kind) {
+                deep.save(&path).unwrap_or_else(|e| panic!("{kind}: {e}"));
+                assert_eq!(ids(&path), expected.map(|level| 257 * level), "{kind}");
+            }
         }
+        // A palette with any colour numbers the classes, in a picture that leaves a border of the screen.
+        let path = dir.path().join("palette.gif");
+        let palette: Vec<u8> = (0..24).collect();
+        let mut encoder =
+            gif::Encoder::new(File::create(&path).expect("writable"), 4, 2, &palette).expect("sound");
+        let frame = gif::Frame {
+            left: 1,
+            width: 3,
+            height: 2,
+            buffer: (&[7, 2, 5, 1, 2, 3][..]).into(),
+            ..Default::default()
+        };
+        encoder.write_frame(&frame).expect("sound");
+        drop(encoder);
+        assert_eq!(ids(&path), [0, 7, 2, 5, 0, 1, 2, 3]);
+        let Ok(Mask::Colours(colours)) = Mask::load(&path, true) else { panic!("no colours") };
+        assert_eq!(colours.get_pixel(1, 0).0, [21, 22, 23]);
         let path = dir.path().join("palette.tif");
         let colours = map(256);
         let tags: [(u16, u16, &[u64]); 2] = [(262, 3, &[3]), (320, 3, &colours)];
