@@ -54,6 +54,14 @@ impl From<ReadFault> for io::Error {
     }
 }
 
+/// What an error in reading a file says, with a remedy: its own, or to check the path.
+pub(crate) fn with_remedy(error: &io::Error) -> String {
+    match error.get_ref().is_some_and(|cause| cause.is::<ReadFault>()) {
+        true => error.to_string(),
+        false => format!("{error}; check the path and the permissions"),
+    }
+}
+
 impl Bounded {
     /// Reads regular files of at most so many bytes.
     pub const fn to(limit: u64) -> Bounded {

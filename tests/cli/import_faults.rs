@@ -52,12 +52,17 @@ fn pictures_and_masks_that_cannot_be_used() {
     assert!(import(&["--ground", "7", "--crop", "0,0,15,20"]).contains("15x20 pixels are left"));
     let said =
         place.fails(1, &["data", "import", "masks", "photos", "nowhere", "--ground", "7", "--out", "x"]);
-    assert!(said.contains("nowhere") && said.contains("check the path"), "{said}");
+    assert!(said.contains("nowhere: there is no such folder; check the path"), "{said}");
     let said = place.fails(1, &["data", "import", "masks", "masks", "data", "--ground", "7", "--out", "x"]);
     assert!(said.contains("no image to import") && said.contains("there is no mask `scene_0`"), "{said}");
     let said =
         place.fails(1, &["data", "import", "masks", "photos", "masks", "--ground", "7", "--out", "data"]);
     assert!(said.contains("never overwritten"), "{said}");
+    std::fs::create_dir(place.path("after")).expect("writable");
+    std::fs::copy(place.path("masks/scene_0.png"), place.path("after/scene_0_mask.png")).expect("writable");
+    let said = place.fails(1, &["data", "import", "masks", "photos", "after", "--ground", "7", "--out", "x"]);
+    let reason = "names must be the same but for the ending, and `scene_0_mask.png` is not: `--mask-suffix _mask` takes it";
+    assert!(said.contains(reason) && !said.contains("a mask without a picture"), "{said}");
     // Of another size, cut off, in colour, twice.
     let mask = std::fs::read(place.path("masks/scene_1.png")).expect("there");
     GrayImage::new(96, 79).save(place.path("masks/scene_1.png")).expect("writable");

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::ViewError;
+use crate::support::bounded::with_remedy;
 use crate::support::printable::{ShownPath as _, line};
 use crate::vision::ImageError;
 
@@ -11,12 +12,23 @@ use crate::vision::ImageError;
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
     /// A file or folder cannot be read.
-    #[error("{}: cannot be read: {source}; check the path and the permissions", .path.shown())]
+    #[error("{}: cannot be read: {}", .path.shown(), with_remedy(.source))]
     Read {
         /// The file.
         path: PathBuf,
         /// What the system says.
         source: io::Error,
+    },
+    /// There is no such folder.
+    #[error("{}: there is no such folder; check the path", .0.shown())]
+    NoFolder(PathBuf),
+    /// An annotation is of another form than the one asked for.
+    #[error("{}: {problem}", .path.shown())]
+    Form {
+        /// The file.
+        path: PathBuf,
+        /// What it is or lacks, and what to do.
+        problem: String,
     },
     /// An annotation is no JSON, or not of the form expected.
     #[error("{}: {source}; export the annotations anew, or mend the file there", .path.shown())]
@@ -134,6 +146,21 @@ fn remedy(said: (u64, u64), (width, height): (u32, u32)) -> &'static str {
 impl ImportError {
     pub(super) fn read(path: &Path, source: io::Error) -> ImportError {
         ImportError::Read { path: path.into(), source }
+    }
+
+    /// Refuses what is no folder that can be searched: without this each of its files would be missing.
+    pub(super) fn unless_folder(path: &Path) -> Result<(), ImportError> {
+        match path.join(".").metadata() {
+            Ok(about) if about.is_dir() => Ok(()),
+            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
+                Err(ImportError::read(path, error))
+            }
+            _ => Err(ImportError::NoFolder(path.into())),
+        }
+    }
+
+    pub(super) fn form(path: &Path, problem: impl Into<String>) -> ImportError {
+        ImportError::Form { path: path.into(), problem: problem.into() }
     }
 
     pub(super) fn at(path: &Path, place: impl Into<String>, problem: impl Into<String>) -> ImportError {

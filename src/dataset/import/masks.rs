@@ -33,6 +33,8 @@ pub struct Folders {
 /// # Errors
 /// If a folder cannot be read, or there are two masks for a picture.
 pub fn find(folders: &Folders, classes: &Classes) -> Result<Found, ImportError> {
+    ImportError::unless_folder(&folders.images)?;
+    ImportError::unless_folder(&folders.masks)?;
     let classes = Arc::new(classes.clone());
     let mut found = Found::default();
     let mut masks: BTreeMap<String, String> = BTreeMap::new();
@@ -44,6 +46,7 @@ pub fn find(folders: &Folders, classes: &Classes) -> Result<Found, ImportError> 
             return Err(ImportError::mask(&folders.masks.join(name), text));
         }
     }
+    let mut alone = Vec::new();
     let one_folder = folders.images == folders.masks && !folders.mask_suffix.is_empty();
     let mut unused = masks.clone();
     for name in files(&folders.images, is_image, &mut found)? {
@@ -53,8 +56,7 @@ pub fn find(folders: &Folders, classes: &Classes) -> Result<Found, ImportError> 
         }
         let Some(key) = stem.strip_suffix(&folders.image_suffix) else { continue };
         let Some(mask) = masks.get(key) else {
-            let mask = format!("{key}{}", folders.mask_suffix);
-            found.leave_out(&name, format!("there is no mask `{mask}` of any image format"));
+            alone.push((key.to_string(), name));
             continue;
         };
         unused.remove(key);
@@ -65,6 +67,22 @@ pub fn find(folders: &Folders, classes: &Classes) -> Result<Found, ImportError> 
             ground: Ground::Mask { path: mask, classes: classes.clone() },
             name,
         });
+    }
+    for (key, name) in alone {
+        // Of a mask that is named after the picture only the part behind the name is in the way.
+        let named_after = |other: &String| {
+            other.strip_prefix(&key).is_some_and(|rest| rest.starts_with(['_', '-', '.', ' ']))
+        };
+        let near = unused.keys().find(|other| named_after(other)).cloned();
+        let suffix = &folders.mask_suffix;
+        let mut reason = format!(
+            "there is no mask `{key}{suffix}` of any image format; names must be the same but for the ending"
+        );
+        if let Some((near, mask)) = near.and_then(|near| unused.remove_entry(&near)) {
+            reason +=
+                &format!(", and `{mask}` is not: `--mask-suffix {}{suffix}` takes it", &near[key.len()..]);
+        }
+        found.leave_out(name, reason);
     }
     // Of what has a suffix of its own, or is in a folder of its own.
     for mask in unused.into_values() {
@@ -168,9 +186,9 @@ mod tests {
         let error = find(&folders, &ground("1")).expect_err("two of them").to_string();
         assert!(error.contains("second mask for the picture `a_9`"), "{error}");
         let nowhere = Folders { images: dir.path().join("none"), ..folders };
-        assert!(matches!(find(&nowhere, &ground("1")), Err(ImportError::Mask { .. })));
-        let nowhere = Folders { masks: dir.path().join("none"), ..nowhere };
-        assert!(matches!(find(&nowhere, &ground("1")), Err(ImportError::Read { .. })));
+        assert!(matches!(find(&nowhere, &ground("1")), Err(ImportError::NoFolder(_))));
+        let nowhere = Folders { images: dir.path().join("masks"), masks: dir.path().join("none"), ..nowhere };
+        assert!(matches!(find(&nowhere, &ground("1")), Err(ImportError::NoFolder(_))));
     }
 
     #[test]
