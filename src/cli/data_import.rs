@@ -36,7 +36,8 @@ Examples:
       Cityscapes itself, without the bonnet of the car
   vsonar data import masks photos masks --ground '#804080' --mask-suffix _color --out labelled
 
-Numbers are the stored gray levels of masks of 1 to 16 bits, or indices into a palette; colours are compared exactly. A \
+Numbers are the stored gray levels of masks of 1 to 16 bits, also of gray stored as RGB and of GIF with a gray palette, or \
+else indices into a palette, which some programs number anew when they write GIF; colours are compared exactly. A \
 column whose label depends on what ignored pixels are gets none. A value that is in no class counts as an obstacle, and is \
 reported: without --obstacle, one that occurs mostly in single pixels, as smoothed masks have them at edges.";
 
@@ -56,7 +57,7 @@ Examples:
 
 Polygons and run lengths are read, as numbers or as text. Of objects that cover each other an obstacle counts more than \
 ground. With `--ground`, pictures without any object are left out; with `--obstacle` all of them is ground. Objects \
-without an outline are skipped and counted, unless their name was asked for.";
+without an outline, with a box at most, are skipped and counted.";
 
 /// Make a data folder of annotated images: from masks, LabelMe or COCO
 #[derive(clap::Args)]
@@ -73,7 +74,7 @@ enum Kind {
     Masks {
         /// Folder with the images, and folders within
         images: PathBuf,
-        /// Folder with the masks, by the same names
+        /// Folder with the masks, by the same names but for the ending
         masks: PathBuf,
         /// The numbers or the colours of the ground, as 7,8 or '#804080,#f423e8'
         #[arg(long, value_name = "VALUES")]
@@ -99,7 +100,7 @@ enum Kind {
         /// JSON files, or folders with them
         #[arg(required = true, value_name = "DIR|FILE")]
         paths: Vec<PathBuf>,
-        /// Folder with the images, by the last parts of their names [default: inside the JSON files, or beside them]
+        /// Folder with the images, by the last parts of their names [default: inside the JSON files, or the files they name]
         #[arg(long, value_name = "DIR")]
         images: Option<PathBuf>,
         #[command(flatten)]

@@ -60,7 +60,9 @@ pub(super) fn write(
             0 => String::new(),
             more => format!("\nand {} more", count(more as u64, "fault")),
         };
-        return Err(CliError::Failed(format!("{first}{more}\n{SKIP}")));
+        // Without these no image would be left.
+        let skip = if items.is_empty() { "nothing was written" } else { SKIP };
+        return Err(CliError::Failed(format!("{first}{more}\n{skip}")));
     }
     let dropped: Vec<String> = faulty_objects.iter().map(ToString::to_string).collect();
     left_out.extend(faulty.into_iter().map(|(name, error)| LeftOut { name, reason: error.to_string() }));

@@ -108,9 +108,11 @@ fn labelme_files_that_make_no_sense() {
         change(&mut file);
         file.to_string()
     };
-    import("", "line 1 column 0");
+    import("", "is empty; move it elsewhere, or export the annotations as LabelMe");
     import("{\"shapes\": [", "line 1");
-    import("{}", "missing field `shapes`");
+    import("{}", "is not a LabelMe file, for it has no `shapes`; move it elsewhere");
+    import("[{}]", "is a list");
+    import("<annotation/>", "is XML");
     import(
         &with(&|f| f["shapes"][0]["points"] = json!([[1, 2], [3]])),
         "shapes[0]: points[1] is not a pair of numbers",
@@ -121,11 +123,14 @@ fn labelme_files_that_make_no_sense() {
     );
     import(&labelme(0).to_string().replace("50.2", "NaN"), "shapes[0]: points[1] is not a pair of numbers");
     import(&labelme(0).to_string().replace("50.2", "1e999"), "line 1 column");
-    import(&with(&|f| f["shapes"][0]["shape_type"] = "blob".into()), "shapes[0]: a blob has no area");
+    import(
+        &with(&|f| f["shapes"][0]["shape_type"] = "blob".into()),
+        "shapes[0]: no area is known of a shape of the kind `blob`",
+    );
     import(&with(&|f| f["imageHeight"] = "high".into()), "imageHeight: is \"high\", not a number of pixels");
     import(&with(&|f| f["shapes"][2]["shape_type"] = "circle".into()), "shapes[2]: has 4 points, and 2");
     import(&with(&|f| f["imageWidth"] = 97.into()), "is of 97x80 pixels");
-    for path in ["../scene_0.png", "/etc/passwd", "a/../../b.png", "C:\\a.png"] {
+    for path in ["..", "photos/", "", "C:a.png"] {
         import(&with(&|f| f["imagePath"] = path.into()), "not a path below the folder");
     }
     import(&with(&|f| f["imageData"] = "%%%".into()), "imageData: ");
@@ -133,7 +138,7 @@ fn labelme_files_that_make_no_sense() {
         &with(&|f| f["imageData"] = STANDARD.encode("no picture").into()),
         "not an image of a known format",
     );
-    import(&format!("{}{}", "[".repeat(100_000), "]".repeat(100_000)), "line 1");
+    import(&format!("{{\"shapes\": {}", "[".repeat(100_000)), "line 1");
     // What is only missing is left out, and then nothing is left.
     let complaint = |text: String| {
         place.write("photos/scene_0.json", text);
@@ -153,7 +158,7 @@ fn labelme_files_that_make_no_sense() {
     assert!(complaint(with(&|f| f["shapes"][0]["points"] = outside.clone())).contains("nothing is ground"));
     let said =
         place.fails(1, &["data", "import", "labelme", "masks.json", "--ground", "floor", "--out", "x"]);
-    assert!(said.contains("masks.json: cannot be read"), "{said}");
+    assert!(said.contains("masks.json: cannot be read") && !said.contains("--skip-faulty"), "{said}");
 }
 
 #[test]
@@ -168,7 +173,10 @@ fn what_is_asked_for_and_has_no_area_is_named() {
     let flags = ["data", "import", "labelme", "photos", "--out", "x"];
     let said = place.fails(1, &[&flags[..], &["--ground", "floor"]].concat());
     let place_of = format!("photos/scene_0.json: shapes[{count}]");
-    assert!(said.contains(&place_of) && said.contains("a linestrip has no area"), "{said}");
+    assert!(
+        said.contains(&place_of) && said.contains("no area is known of a shape of the kind `linestrip`"),
+        "{said}"
+    );
     assert!(said.contains("`floor`") && said.contains("--skip-faulty"), "{said}");
     // Of what is not asked for it does not matter.
     place.ok(&[&flags[..], &["--obstacle", "box"]].concat());
@@ -205,7 +213,10 @@ fn coco_files_that_make_no_sense() {
         complaint
     };
     let segment = |value: Value| move |f: &mut Value| f["annotations"][1]["segmentation"] = value.clone();
-    import(&|f| *f = json!([]), "coco.json: ");
+    import(&|f| *f = json!([]), "coco.json: is a list");
+    for list in ["images", "categories", "annotations"] {
+        import(&|f| f[list] = Value::Null, &format!("coco.json: has no `{list}`, and a COCO file has"));
+    }
     import(&|f| f["images"] = 3.into(), "invalid type");
     import(&|f| f["images"][1]["id"] = 0.into(), "images[1].id: there is an image of the id 0 before");
     import(
@@ -216,9 +227,6 @@ fn coco_files_that_make_no_sense() {
         import(&|f| f["images"][0]["file_name"] = name.into(), "images[0].file_name: ");
     }
     import(&|f| f["images"][0]["width"] = 95.into(), "is of 95x80 pixels");
-    import(&segment(Value::Null), "annotations[1] (id 1): its segmentation is missing");
-    import(&segment(json!([])), "annotations[1] (id 1): its segmentation is empty");
-    import(&segment(json!([[1, 2, 3, 4]])), "polygon 0 has 4 numbers");
     import(&segment(json!([[1, 2, 3, 4, 5, 6, 7]])), "polygon 0 has 7 numbers");
     let deep = (0..500).fold(json!(1), |inner, _| json!([inner]));
     import(&segment(deep), "recursion limit exceeded at line 1");
@@ -232,7 +240,7 @@ fn coco_files_that_make_no_sense() {
         "its segmentation is of 80x96 pixels, and the image of 96x80",
     );
     // A single fault leaves the others alone if one wishes.
-    let said = import(&segment(Value::Null), "--skip-faulty");
+    let said = import(&segment(json!("text")), "--skip-faulty");
     assert!(said.matches("error").count() == 1, "{said}");
     let flags = ["--images", "photos", "--ground", "floor", "--skip-faulty", "--out", "rest"];
     let said = place.ok(&[&["data", "import", "coco", "coco.json"], &flags[..]].concat());

@@ -101,11 +101,14 @@ fn closed_shapes_of_labelme_are_polygons() {
     assert_eq!(table, TABLE);
     assert!(said.contains("skipped   3 objects"), "{said}");
     assert!(said.contains(
-        "2 labelled `box`, a cuboid without an area that is known, the first at a.json: shapes[1]"
+        "2 labelled `box`, of the kind `cuboid`, of which no area is known, the first at a.json: shapes[1]"
     ));
     let complaint =
         place.fails(1, &["data", "import", "labelme", "a.json", "--obstacle", "box", "--out", "o"]);
-    assert!(complaint.contains("a.json: shapes[1]: a cuboid has no area"), "{complaint}");
+    assert!(
+        complaint.contains("a.json: shapes[1]: no area is known of a shape of the kind `cuboid`"),
+        "{complaint}"
+    );
     assert!(complaint.contains("and 1 fault more"), "{complaint}");
 }
 
@@ -188,11 +191,52 @@ fn coco_finds_moved_pictures_by_the_end_of_their_names() {
     assert_eq!(table, TABLE.replace("a.png", "hall/b.png"));
     place.write("c.json", coco("/home/me/none.png").to_string());
     assert!(refused(&place, &COCO).contains("there is no picture img/none.png"));
+    let nowhere = refused(&place, &["coco", "c.json", "--images", "nope"]);
+    assert!(nowhere.contains("nope: there is no such folder; check the path\n"), "{nowhere}");
+    let folder = refused(&place, &["coco", "img", "--images", "img"]);
+    assert!(folder.contains("img: cannot be read: this is a folder; give a file\n"), "{folder}");
     // The same rule for LabelMe.
     let shapes = json!([shape("floor", "polygon", below(20))]);
     place.write("b.json", labelme("\\\\host\\hall\\b.png", shapes));
     let (_, table) = imported(&place, &["labelme", "b.json", "--images", "img"]);
     assert_eq!(table, TABLE.replace("a.png", "hall/b.png"));
+    let nowhere = refused(&place, &["labelme", "b.json", "--images", "nope"]);
+    assert!(nowhere.contains("nope: there is no such folder; check the path\n"), "{nowhere}");
+    let nowhere = refused(&place, &["labelme", "nope"]);
+    assert!(nowhere.contains("nope: cannot be read: ") && !nowhere.contains("--skip-faulty"), "{nowhere}");
+}
+
+#[test]
+fn labelme_follows_paths_that_stay_below_the_folder() {
+    let place = place(&["l/a.png", "l/sub/b.png"]);
+    let file = |picture: &str| labelme(picture, json!([shape("floor", "polygon", below(20))]));
+    for (picture, found) in [
+        ("../a.png", "a.png"),
+        ("b.png", "sub/b.png"),
+        ("..\\photos\\b.png", "sub/b.png"),
+        ("../../b.png", "sub/b.png"),
+        ("/home/me/b.png", "sub/b.png"),
+        ("C:\\me\\b.png", "sub/b.png"),
+    ] {
+        place.write("l/sub/b.json", file(picture));
+        assert_eq!(imported(&place, &["labelme", "l"]).1, TABLE.replace("a.png", found), "{picture}");
+    }
+    // What is not there does not end the import.
+    place.write("l/sub/b.json", file("..\\photos\\f4.jpg"));
+    place.write("l/a.json", file("a.png"));
+    let (said, table) = imported(&place, &["labelme", "l"]);
+    assert_eq!(table, TABLE);
+    let reason = "sub/f4.jpg: there is no picture l/sub/f4.jpg; `--images DIR` gives the folder with it";
+    assert!(said.contains(reason), "{said}");
+    // Another tool's file is named, and left out.
+    place.write("l/dataset.json", r#"{"description": "", "objects": []}"#);
+    let said = refused(&place, &["labelme", "l"]);
+    assert!(said.contains("l/dataset.json: is not a LabelMe file, for it has no `shapes`"), "{said}");
+    assert!(said.contains("--skip-faulty"), "{said}");
+    assert_eq!(imported(&place, &["labelme", "l", "--skip-faulty"]).1, TABLE);
+    // Alone it leaves nothing to be imported.
+    let said = refused(&place, &["labelme", "l/dataset.json"]);
+    assert!(said.contains("export the annotations as LabelMe") && !said.contains("--skip-faulty"), "{said}");
 }
 
 #[test]
@@ -210,6 +254,9 @@ fn stray_objects_of_coco_do_not_count() {
         (object(json!({"segmentation": []})), "named `box`, without an outline"),
         (object(json!({"segmentation": null})), "named `box`, without an outline"),
         (object(json!({"category_id": 1, "segmentation": [], "bbox": [5, 5, 0, 0]})), "without any pixel"),
+        // Also of what was asked for.
+        (object(json!({"category_id": 1})), "named `floor`, without an outline"),
+        (object(json!({"category_id": 1, "segmentation": []})), "named `floor`, without an outline"),
     ] {
         let mut file = coco("a.png");
         push(&mut file, "annotations", stray.clone());
@@ -225,16 +272,12 @@ fn stray_objects_of_coco_do_not_count() {
         assert_eq!((&said["images"], &said["left_out"]), (&json!(1), &json!([])), "{said}");
         std::fs::remove_dir_all(place.path("o")).expect("there");
     }
-    // Of what was asked for nothing is lost in silence.
+    // A picture whose ground has no outline would be blocked all over.
     let mut file = coco("a.png");
-    push(&mut file, "annotations", object(json!({"category_id": 1})));
+    file["annotations"][0]["segmentation"] = json!([]);
+    push(&mut file, "annotations", object(json!({"segmentation": [[1, 2, 3, 4, 5, 9]]})));
     place.write("c.json", file.to_string());
-    assert!(
-        refused(&place, &COCO).contains("annotations[1] (id 2): its polygon 0 has 4 numbers, as a box has")
-    );
-    let (said, table) = imported(&place, &[&COCO[..], &["--skip-faulty"]].concat());
-    assert_eq!(table, TABLE);
-    assert!(said.contains("faulty    1 object, without which the images were taken"), "{said}");
+    assert!(refused(&place, &COCO).contains("what is ground in it is faulty"));
 }
 
 #[test]
@@ -256,6 +299,18 @@ fn coco_files_of_other_kinds_are_named() {
     assert!(said.contains("c.json: annotations: this is a panoptic file"), "{said}");
     let said = complaint(&json!([{"image_id": 1, "category_id": 1, "score": 0.5}]));
     assert!(said.contains("COCO's form of results"), "{said}");
+    for (bytes, kind) in [
+        (
+            &b"<?xml version=\"1.0\"?><annotations/>"[..],
+            "is XML, as CVAT and Pascal VOC write it; export the annotations as COCO",
+        ),
+        (b"\xff\xfe{\0}\0", "is UTF-16; save it as UTF-8"),
+        (b"", "is empty; export the annotations as COCO"),
+    ] {
+        place.write("c.json", bytes);
+        let said = refused(&place, &COCO);
+        assert!(said.contains(&format!("c.json: {kind}\n")), "{said}");
+    }
     let mut file = coco("a.png");
     push(&mut file, "images", json!({"id": 2}));
     assert!(complaint(&file).contains("images[1]: has no `file_name`"));
@@ -325,7 +380,8 @@ fn pictures_inside_two_files_are_told_by_their_content() {
     assert!(refused(&place, &["labelme", "j"]).contains("j/2.json: tells another ground of the picture"));
     // No text is no picture.
     place.write("j/2.json", labelme("../b.png", json!([])).replace("null,\"imageH", "\"\",\"imageH"));
-    assert!(refused(&place, &["labelme", "j"]).contains("not a path below the folder"));
+    let (said, _) = imported(&place, &["labelme", "j"]);
+    assert!(said.contains("b.png: there is no picture j/b.png"), "{said}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! Objects have no order in which they cover each other: what is not ground covers what is, and what is ignored covers
 //! both. Crowds (`iscrowd`) count as any other object. What has no outline, or is of a picture or a category that the file
-//! does not have, does not count, unless its name was asked for.
+//! does not have, does not count.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
@@ -16,6 +16,9 @@ use crate::support::printable::ShownPath as _;
 
 /// Most bytes of a file.
 const MAX_BYTES: u64 = 4 << 30;
+
+/// What to do about a file of another form.
+const REMEDY: &str = "export the annotations as COCO";
 
 /// A picture while its objects are gathered.
 struct Picked {
@@ -34,19 +37,26 @@ struct Picked {
 /// If the file is not of this form as a whole. What is wrong with a single picture or object is in [`Found::faulty`] and
 /// [`Found::faulty_objects`].
 pub fn find(path: &Path, images: &Path, labels: &Labels) -> Result<Found, ImportError> {
-    let file: File = bounded::json(path, MAX_BYTES)?;
-    if file.annotations.iter().any(|annotation| annotation.is_panoptic) {
+    ImportError::unless_folder(images)?;
+    let file: File = bounded::json(path, MAX_BYTES, REMEDY)?;
+    let lack = |list: &str| {
+        let text = format!("has no `{list}`, and a COCO file has `images`, `categories` and `annotations`");
+        ImportError::form(path, format!("{text}; {REMEDY}"))
+    };
+    let entries = file.images.ok_or_else(|| lack("images"))?;
+    let annotations = file.annotations.ok_or_else(|| lack("annotations"))?;
+    if annotations.iter().any(|annotation| annotation.is_panoptic) {
         let text = "this is a panoptic file, whose regions are in PNG files of their own (`segments_info`); convert it to \
                     COCO's detection format, or import the PNG files as masks";
         return Err(ImportError::at(path, "annotations", text));
     }
     let mut found = Found::default();
-    let categories = categories(path, file.categories)?;
+    let categories = categories(path, file.categories.ok_or_else(|| lack("categories"))?)?;
     found.labels = categories.values().cloned().collect();
-    let mut pictures = pictures(path, file.images, &mut found)?;
+    let mut pictures = pictures(path, entries, &mut found)?;
     let places: HashMap<Id, usize> =
         pictures.iter().enumerate().map(|(i, picked)| (picked.image.id.clone(), i)).collect();
-    for (i, annotation) in file.annotations.into_iter().enumerate() {
+    for (i, annotation) in annotations.into_iter().enumerate() {
         let Annotation { id, image, category, outline, .. } = annotation;
         let place = || format!("annotations[{i}]{}", id.map_or(String::new(), |id| format!(" (id {id})")));
         let (image, category) = match (image, category) {
@@ -68,10 +78,12 @@ pub fn find(path: &Path, images: &Path, labels: &Labels) -> Result<Found, Import
         match region(outline, &mut picked.image) {
             Ok(region) => picked.regions.push((region, labels.of(name))),
             Err(Unusable::Nothing) => found.skip("without any pixel", place),
-            Err(Unusable::Unknown(_)) if !labels.asks(name) => {
+            Err(Unusable::Unknown) => {
+                // A picture whose ground has no outline would be blocked all over.
+                picked.is_faulty |= labels.of(name) == Surface::Ground;
                 found.skip(format!("named `{name}`, without an outline"), place);
             }
-            Err(Unusable::Unknown(problem) | Unusable::Faulty(problem)) => {
+            Err(Unusable::Faulty(problem)) => {
                 picked.is_faulty = true;
                 found.faulty_objects.push(ImportError::at(path, place(), problem));
             }
@@ -150,7 +162,7 @@ fn pictures(path: &Path, entries: Vec<Entry<Image>>, found: &mut Found) -> Resul
 /// Why an object has no region.
 enum Unusable {
     Nothing,
-    Unknown(String),
+    Unknown,
     Faulty(String),
 }
 
@@ -160,7 +172,7 @@ fn region(outline: Outline, image: &mut Image) -> Result<Region, Unusable> {
         Outline::Polygons(polygons) => return Ok(Region::Polygons(polygons)),
         Outline::Runs { size, counts } => (size, counts),
         Outline::Nothing => return Err(Unusable::Nothing),
-        Outline::Unknown(problem) => return Err(Unusable::Unknown(problem)),
+        Outline::Unknown => return Err(Unusable::Unknown),
         Outline::Faulty(problem) => return Err(Unusable::Faulty(problem)),
     };
     let [height, width] = size;

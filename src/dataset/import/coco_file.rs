@@ -2,16 +2,16 @@
 
 use std::fmt;
 
-use serde::de::{self, Deserialize, Deserializer, MapAccess, value::MapAccessDeserializer};
 use serde_json::Value;
 
 use super::json::{shown, whole_value};
 
-/// A COCO file with its objects.
+/// A COCO file with its objects, or another one without some of the lists.
+#[derive(serde::Deserialize)]
 pub(super) struct File {
-    pub(super) images: Vec<Entry<Image>>,
-    pub(super) categories: Vec<Entry<Category>>,
-    pub(super) annotations: Vec<Annotation>,
+    pub(super) images: Option<Vec<Entry<Image>>>,
+    pub(super) categories: Option<Vec<Entry<Category>>>,
+    pub(super) annotations: Option<Vec<Annotation>>,
 }
 
 /// An entry, or what is wrong with it.
@@ -145,7 +145,7 @@ pub(super) enum Outline {
         counts: Counts,
     },
     /// A box at most, of which nobody knows which of its pixels are meant.
-    Unknown(String),
+    Unknown,
     /// None at all.
     Nothing,
     /// What is not of the form of an outline.
@@ -165,8 +165,8 @@ impl Outline {
             list.iter().all(|polygon| polygon.as_array().is_some_and(|numbers| numbers.is_empty()))
         };
         let outline = match segmentation {
-            Value::Null => Err(Outline::unknown(entry, "missing")),
-            Value::Array(list) if is_empty(list) => Err(Outline::unknown(entry, "empty")),
+            Value::Null => Err(Outline::unknown(entry)),
+            Value::Array(list) if is_empty(list) => Err(Outline::unknown(entry)),
             Value::Array(list) if list.iter().all(Value::is_number) => {
                 polygon(0, list).map(|one| Outline::Polygons(vec![one]))
             }
@@ -181,13 +181,11 @@ impl Outline {
     }
 
     /// What there is without a segmentation: nothing where the box has no area, as tools leave behind of what was removed.
-    fn unknown(entry: &Value, how: &str) -> Outline {
+    fn unknown(entry: &Value) -> Outline {
         let sides = entry.get("bbox").and_then(Value::as_array).and_then(|numbers| numbers.get(2..4));
         match sides.is_some_and(|sides| sides.iter().any(|side| side.as_f64() == Some(0.0))) {
             true => Outline::Nothing,
-            false => Outline::Unknown(format!(
-                "its segmentation is {how}, so that nobody knows which pixels are meant; annotate the outline"
-            )),
+            false => Outline::Unknown,
         }
     }
 }
@@ -205,10 +203,9 @@ fn polygons(list: &[Value]) -> Result<Outline, Outline> {
 
 fn polygon(i: usize, numbers: &[Value]) -> Result<Vec<[f64; 2]>, Outline> {
     let count = numbers.len();
+    // As a box has.
     if count == 4 {
-        return Err(Outline::Unknown(format!(
-            "its polygon {i} has 4 numbers, as a box has, so that nobody knows which pixels are meant; annotate the outline"
-        )));
+        return Err(Outline::Unknown);
     }
     if count < 6 || !count.is_multiple_of(2) {
         return Err(Outline::Faulty(format!(
@@ -242,35 +239,6 @@ fn runs(segmentation: &Value) -> Result<Outline, Outline> {
     Ok(Outline::Runs { size, counts })
 }
 
-impl<'de> Deserialize<'de> for File {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<File, D::Error> {
-        #[derive(serde::Deserialize)]
-        struct Fields {
-            images: Vec<Entry<Image>>,
-            categories: Vec<Entry<Category>>,
-            annotations: Vec<Annotation>,
-        }
-        struct Visitor;
-        impl<'de> de::Visitor<'de> for Visitor {
-            type Value = File;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str(
-                    "an object with `images`, `categories` and `annotations` (a list is COCO's form of results, not of \
-                     annotations)",
-                )
-            }
-
-            fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<File, M::Error> {
-                let Fields { images, categories, annotations } =
-                    Fields::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(File { images, categories, annotations })
-            }
-        }
-        deserializer.deserialize_map(Visitor)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use serde_json::json;
@@ -302,15 +270,8 @@ mod tests {
         assert_eq!(outline(json!([0, 0, 4, 0, 4, 3.5])), Outline::Polygons(vec![triangle]));
         let runs = Outline::Runs { size: [2, 3], counts: Counts::Numbers(vec![2, 4]) };
         assert_eq!(outline(json!({"size": [2.0, "3"], "counts": [2.0, 4]})), runs);
-        for (unknown, said) in [
-            (json!(null), "is missing"),
-            (json!([]), "is empty"),
-            (json!([[]]), "is empty"),
-            (json!([[1, 2, 3, 4]]), "polygon 0 has 4 numbers, as a box has"),
-            (json!([1, 2, 3, 4]), "polygon 0 has 4 numbers, as a box has"),
-        ] {
-            let outline = outline(unknown);
-            assert!(matches!(&outline, Outline::Unknown(text) if text.contains(said)), "{said}: {outline:?}");
+        for unknown in [json!(null), json!([]), json!([[]]), json!([[1, 2, 3, 4]]), json!([1, 2, 3, 4])] {
+            assert_eq!(outline(unknown.clone()), Outline::Unknown, "{unknown}");
         }
         assert_eq!(Outline::of(&json!({"segmentation": [], "bbox": [5, 6, 0, 0]})), Outline::Nothing);
         for (faulty, said) in [

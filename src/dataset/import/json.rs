@@ -23,6 +23,22 @@ pub(super) fn parse<T: DeserializeOwned>(bytes: &[u8]) -> serde_json::Result<T> 
     }
 }
 
+/// What a file is, by how it begins, if it is no object of JSON, as annotations are; with what to do.
+pub(super) fn foreign(bytes: &[u8], remedy: &str) -> Option<String> {
+    if matches!(bytes, [0xff, 0xfe, ..] | [0xfe, 0xff, ..] | [0, ..] | [_, 0, ..]) {
+        return Some("is UTF-16; save it as UTF-8".to_string());
+    }
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let kind = match text.first() {
+        Some(b'{') => return None,
+        Some(b'[') => "is a list, as COCO's form of results is",
+        Some(b'<') => "is XML, as CVAT and Pascal VOC write it",
+        Some(_) => "is not JSON",
+        None => "is empty",
+    };
+    Some(format!("{kind}; {remedy}"))
+}
+
 /// The text with `null` for what is no number, outside of texts.
 fn with_nulls(bytes: &[u8]) -> Cow<'_, [u8]> {
     let mut out = Vec::new();
@@ -96,6 +112,25 @@ mod tests {
         assert_eq!(parse::<Value>(b"\xef\xbb\xbf[NaN]").expect("a mark"), json!([null]));
         for wrong in ["[NaNs]", "{NaN: 1}", "[nan]", "[1", "\"NaN", "[+Infinity]"] {
             assert!(parse::<Value>(wrong.as_bytes()).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn files_of_other_kinds_are_named() {
+        for (bytes, kind) in [
+            (&b""[..], Some("is empty")),
+            (b"\xef\xbb\xbf \n", Some("is empty")),
+            (b"<?xml version=\"1.0\"?>", Some("is XML")),
+            (b"\xff\xfe{\0", Some("is UTF-16")),
+            (b"{\0}\0", Some("is UTF-16")),
+            (b"PK\x03\x04", Some("is not JSON; export it anew")),
+            (b"[", Some("is a list")),
+            (b"\xef\xbb\xbf\n{", None),
+        ] {
+            let said = foreign(bytes, "export it anew");
+            assert!(said.is_some() == kind.is_some(), "{bytes:?}: {said:?}");
+            let said = said.unwrap_or_default();
+            assert!(said.starts_with(kind.unwrap_or_default()), "{bytes:?}: {said}");
         }
     }
 

@@ -3,7 +3,7 @@
 //! Read are all closed shapes and masks; points, lines and shapes that are not known have no area: one of a label that is
 //! asked for is a fault, others do not count. The picture is the file of its name in the folder of images that is given,
 //! found by the last parts of its path; without one, or where it has no such file, the picture inside the annotation, and
-//! else the file that it names.
+//! else the file that it names, or that the last parts of its path name next to it.
 
 use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -18,7 +18,7 @@ use serde_json::Value;
 use super::item::{Found, Ground, Item, Picture};
 use super::json::{pair, shown, whole_value};
 use super::masks::files;
-use super::names::{below, by_last_parts, leaf};
+use super::names::{below, by_last_parts, from_within, leaf};
 use super::{ImportError, Labels, Region, Surface, bounded};
 use crate::support::printable::ShownPath as _;
 use crate::vision::{decode_gray, is_turned_bytes};
@@ -26,9 +26,12 @@ use crate::vision::{decode_gray, is_turned_bytes};
 /// Most bytes of a file, the picture in it included.
 const MAX_BYTES: u64 = 512 << 20;
 
+/// What to do about a file of another form.
+const REMEDY: &str = "move it elsewhere, or export the annotations as LabelMe";
+
 #[derive(Deserialize)]
 struct File {
-    shapes: Vec<Shape>,
+    shapes: Option<Vec<Shape>>,
     #[serde(rename = "imagePath")]
     path: Option<String>,
     #[serde(rename = "imageData")]
@@ -92,79 +95,92 @@ struct Data {
 }
 
 /// Finds the pictures of these files, and of all files `.json` in these folders and those within. A picture that is not
-/// inside the file is looked for beside it, under the path that stands there, or by the last parts of that in `images`. A
-/// file that is given twice counts once.
+/// inside the file is looked for under the path that stands there, or by the last parts of that in `images` or else beside
+/// the file. A file that is given twice counts once.
 ///
 /// # Errors
-/// If a folder cannot be read. What is wrong with a single file or shape is in [`Found::faulty`] and
-/// [`Found::faulty_objects`].
+/// If a folder cannot be read, or one of the paths is not there. What is wrong with a single file or shape is in
+/// [`Found::faulty`] and [`Found::faulty_objects`].
 pub fn find(paths: &[PathBuf], images: Option<&Path>, labels: &Labels) -> Result<Found, ImportError> {
+    images.map_or(Ok(()), ImportError::unless_folder)?;
     let (mut found, mut seen) = (Found::default(), BTreeSet::new());
     for path in paths {
+        path.metadata().map_err(|error| ImportError::read(path, error))?;
         if path.is_dir() {
             let is_json = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
             for name in files(path, is_json, &mut found)? {
                 // The path below the folder tells pictures of the same name apart.
-                let folder = name.rfind('/').map_or("", |slash| &name[..=slash]);
-                let path = path.join(&name);
-                if seen.insert(path.canonicalize().unwrap_or_else(|_| path.clone())) {
-                    one(&path, folder, images, labels, &mut found);
+                let within = name.rfind('/').map_or("", |slash| &name[..=slash]);
+                let file = path.join(&name);
+                if seen.insert(file.canonicalize().unwrap_or_else(|_| file.clone())) {
+                    one(&file, (path, within), images, labels, &mut found);
                 }
             }
         } else if seen.insert(path.canonicalize().unwrap_or_else(|_| path.clone())) {
-            one(path, "", images, labels, &mut found);
+            let root = path.parent().unwrap_or(Path::new(""));
+            one(path, (root, ""), images, labels, &mut found);
         }
     }
     Ok(found.unite())
 }
 
-/// Notes what a file holds.
-fn one(path: &Path, folder: &str, images: Option<&Path>, labels: &Labels, found: &mut Found) {
+/// Notes what a file holds; it is `within` a folder of the first one.
+fn one(
+    path: &Path,
+    (root, within): (&Path, &str),
+    images: Option<&Path>,
+    labels: &Labels,
+    found: &mut Found,
+) {
     let own = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    match read(path, folder, images, labels, found) {
+    match read(path, (root, within), images, labels, found) {
         Ok(Some(item)) => found.items.push(item),
         Ok(None) => {}
-        Err(error) => found.faulty.push((format!("{folder}{own}"), error)),
+        Err(error) => found.faulty.push((format!("{within}{own}"), error)),
     }
 }
 
 fn read(
     path: &Path,
-    folder: &str,
+    (root, within): (&Path, &str),
     images: Option<&Path>,
     labels: &Labels,
     found: &mut Found,
 ) -> Result<Option<Item>, ImportError> {
-    let file: File = bounded::json(path, MAX_BYTES)?;
-    let labelled = file.shapes.iter().filter(|shape| !shape.label.is_empty());
+    let file: File = bounded::json(path, MAX_BYTES, REMEDY)?;
+    let Some(shapes) = file.shapes else {
+        let text = "is not a LabelMe file, for it has no `shapes`";
+        return Err(ImportError::form(path, format!("{text}; {REMEDY}")));
+    };
+    let labelled = shapes.iter().filter(|shape| !shape.label.is_empty());
     found.labels.extend(labelled.map(|shape| shape.label.clone()));
     let given = file.path.unwrap_or_default();
     let own = || path.with_extension("").file_name().unwrap_or_default().to_string_lossy().into_owned();
     // A folder that is given counts more than a copy inside.
     let there = images.and_then(|images| by_last_parts(images, &given));
     let (name, picture) = if let Some((there, name)) = there {
-        (name, Picture::File(there))
+        (format!("{within}{name}"), Picture::File(there))
     } else if let Some(digest) = file.data.and_then(|data| data.0) {
         let name = Some(leaf(&given)).filter(|name| !name.is_empty()).map_or_else(own, str::to_string);
-        (name, Picture::Embedded { path: path.into(), digest })
-    } else if let Some(images) = images {
-        let name = below(leaf(&given)).ok_or_else(|| outside(path, &given))?;
-        (leaf(&given).to_string(), Picture::File(images.join(name)))
+        (format!("{within}{name}"), Picture::Embedded { path: path.into(), digest })
     } else {
-        let below = below(&given).ok_or_else(|| outside(path, &given))?;
-        let parent = path.parent().unwrap_or(Path::new(""));
-        (given.replace('\\', "/"), Picture::File(parent.join(below)))
+        let leaf = below(leaf(&given)).ok_or_else(|| outside(path, &given))?;
+        let named = from_within(within, &given).map(|name| (root.join(&name), name));
+        let named = named.filter(|(picture, _)| images.is_none() && picture.is_file());
+        let beside = root.join(within);
+        let moved = || by_last_parts(&beside, &given).map(|(there, name)| (there, format!("{within}{name}")));
+        let Some((picture, name)) = named.or_else(|| images.is_none().then(moved)?) else {
+            let picture = images.unwrap_or(&beside).join(&leaf);
+            let remedy = if images.is_none() { "; `--images DIR` gives the folder with it" } else { "" };
+            let name = format!("{within}{}", leaf.display());
+            found.leave_out(name, format!("there is no picture {}{remedy}", picture.shown()));
+            return Ok(None);
+        };
+        (name, Picture::File(picture))
     };
-    let name = format!("{folder}{name}");
-    if let Picture::File(picture) = &picture
-        && !picture.is_file()
-    {
-        found.leave_out(name, format!("there is no picture {}", picture.shown()));
-        return Ok(None);
-    }
     let faults = found.faulty_objects.len();
-    let mut regions: Vec<(Region, Surface)> = Vec::with_capacity(file.shapes.len());
-    for (i, Shape { label, region }) in file.shapes.into_iter().enumerate() {
+    let mut regions: Vec<(Region, Surface)> = Vec::with_capacity(shapes.len());
+    for (i, Shape { label, region }) in shapes.into_iter().enumerate() {
         let mut fault =
             |problem| found.faulty_objects.push(ImportError::at(path, format!("shapes[{i}]"), problem));
         match region {
@@ -172,11 +188,15 @@ fn read(
             Err(Unusable::Faulty(problem)) => fault(problem),
             // Of what is asked for nothing is dropped in silence.
             Err(Unusable::NoArea(kind)) if labels.asks(&label) => fault(format!(
-                "a {kind} has no area that is known, and it is labelled `{label}`; draw a polygon instead, or remove it"
+                "no area is known of a shape of the kind `{kind}`, and it is labelled `{label}`; draw a polygon instead, or \
+                 remove it"
             )),
             Err(Unusable::NoArea(kind)) => {
                 let place = || format!("{}: shapes[{i}]", path.shown());
-                found.skip(format!("labelled `{label}`, a {kind} without an area that is known"), place);
+                found.skip(
+                    format!("labelled `{label}`, of the kind `{kind}`, of which no area is known"),
+                    place,
+                );
             }
         }
     }
@@ -218,7 +238,7 @@ fn region(shape: &Value) -> Result<Region, Unusable> {
     let Some(list) = list else { return faulty("has no `points`; draw it again, or remove it".to_string()) };
     let kind = match shape.get("shape_type") {
         None | Some(Value::Null) => "polygon",
-        Some(kind) => kind.as_str().unwrap_or("shape of no kind"),
+        Some(kind) => kind.as_str().unwrap_or("unknown"),
     };
     // What takes a whole number of corners of its own, and what is read as a polygon.
     let wanted = match (kind, list.len()) {
@@ -279,7 +299,7 @@ fn bitmap([x, y]: [f64; 2], text: &str) -> Result<Region, String> {
 
 /// The picture inside a file.
 pub(super) fn embedded(path: &Path) -> Result<GrayImage, ImportError> {
-    let file: Data = bounded::json(path, MAX_BYTES)?;
+    let file: Data = bounded::json(path, MAX_BYTES, REMEDY)?;
     let bytes = STANDARD.decode(file.data.unwrap_or_default().trim());
     let bytes = bytes.map_err(|e| {
         ImportError::at(

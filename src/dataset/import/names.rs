@@ -14,6 +14,23 @@ pub(super) fn below(name: &str) -> Option<PathBuf> {
     parts.iter().all(|part| plain(part)).then(|| parts.iter().collect())
 }
 
+/// The path below a folder that an annotation's path leads to from `within`, a folder in it; none if it leads out, or is
+/// absolute.
+pub(super) fn from_within(within: &str, name: &str) -> Option<String> {
+    if name.starts_with(['/', '\\']) {
+        return None;
+    }
+    let mut parts: Vec<&str> = Vec::new();
+    for part in within.split('/').chain(name.split(['/', '\\'])) {
+        match part {
+            "" | "." => {}
+            ".." => drop(parts.pop()?),
+            part => parts.push(below(part).map(|_| part)?),
+        }
+    }
+    Some(parts.join("/"))
+}
+
 /// The file in a folder that the last parts of an annotation's path name, as many of them as find one; with these parts.
 /// So pictures that were moved since, or annotated on another machine, are found below their folder.
 pub(super) fn by_last_parts(folder: &Path, name: &str) -> Option<(PathBuf, String)> {
@@ -167,6 +184,22 @@ mod tests {
         }
         assert_eq!((leaf("..\\a\\b.jpg"), leaf("../x.png"), leaf("x")), ("b.jpg", "x.png", "x"));
         assert_eq!((stem("a.b/c"), stem("a/b.c.d"), stem("a/.b")), ("a.b/c", "a/b.c", "a/.b"));
+    }
+
+    #[test]
+    fn paths_from_within_are_followed_as_long_as_they_stay() {
+        for (within, name, path) in [
+            ("", "a.png", Some("a.png")),
+            ("", "./b/../a.png", Some("a.png")),
+            ("sub/", "../a.png", Some("a.png")),
+            ("sub/", "..\\other\\a.png", Some("other/a.png")),
+            ("sub/", "../../a.png", None),
+            ("", "..\\a.png", None),
+            ("sub/", "/a.png", None),
+            ("sub/", "C:\\a.png", None),
+        ] {
+            assert_eq!(from_within(within, name).as_deref(), path, "{within} {name}");
+        }
     }
 
     #[test]
