@@ -150,12 +150,13 @@ impl ImportError {
 
     /// Refuses what is no folder that can be searched: without this each of its files would be missing.
     pub(super) fn unless_folder(path: &Path) -> Result<(), ImportError> {
+        use io::ErrorKind::{NotADirectory, NotFound};
         match path.join(".").metadata() {
-            Ok(about) if about.is_dir() => Ok(()),
-            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
-                Err(ImportError::read(path, error))
+            Ok(_) => Ok(()),
+            Err(error) if matches!(error.kind(), NotFound | NotADirectory) => {
+                Err(ImportError::NoFolder(path.into()))
             }
-            _ => Err(ImportError::NoFolder(path.into())),
+            Err(error) => Err(ImportError::read(path, error)),
         }
     }
 
