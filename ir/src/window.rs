@@ -1,62 +1,81 @@
-//! Window operands: the eight image operators, their two moments, and the nineteen rectangle sizes.
+//! Window operands: the image operators, their two moments, and the nineteen rectangle sizes.
+//!
+//! The one table of operators is here; the formula of each is in [`crate::formula::image`].
 
-/// An image operator: a value computed at every pixel (see [`crate::formula::image`] for the formulas).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum Operator {
-    /// The pixel itself, 0 to 255.
-    Raw,
-    /// The truncated median of the 3 x 3 neighbourhood, 0 to 255.
-    Median,
-    /// Absolute difference of the pixel and the median of its neighbourhood, 0 to 255.
-    MedianCorner,
-    /// Sobel gradient magnitude, rounded, 0 to 1443.
-    Gradient,
-    /// Squared difference to the right neighbour, 0 to 65025.
-    MoravecHorizontal,
-    /// Squared difference to the neighbour below, 0 to 65025.
-    MoravecVertical,
-    /// Squared difference to the neighbour right and above, 0 to 65025.
-    MoravecSlash,
-    /// Squared difference to the neighbour right and below, 0 to 65025.
-    MoravecBackslash,
+macro_rules! operators {
+    ($( $(#[$doc:meta])* $operator:ident $name:literal, 0 to $max:literal, $letter:literal: $about:literal; )*) => {
+        /// An image operator: a value computed at every pixel (see [`crate::formula::image`] for the formulas).
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[repr(u8)]
+        pub enum Operator {
+            $( $(#[$doc])* $operator, )*
+        }
+
+        impl Operator {
+            /// How many there are.
+            pub const COUNT: usize = Operator::ALL.len();
+
+            /// All of them, in the order of their numbers.
+            pub const ALL: [Operator; [$( Operator::$operator ),*].len()] = [$( Operator::$operator ),*];
+
+            /// The name in program text.
+            pub const fn name(self) -> &'static str {
+                match self { $( Operator::$operator => $name, )* }
+            }
+
+            /// The largest value a pixel can have.
+            pub const fn max(self) -> u32 {
+                match self { $( Operator::$operator => $max, )* }
+            }
+
+            /// The letter that short names of its averages are made of.
+            pub const fn letter(self) -> char {
+                match self { $( Operator::$operator => $letter, )* }
+            }
+
+            /// How it is computed, in words.
+            pub const fn about(self) -> &'static str {
+                match self { $( Operator::$operator => $about, )* }
+            }
+        }
+
+        /// The names of operands, by their index.
+        const OPERANDS: [&str; 2 * Operator::COUNT] = {
+            let names = [$( [$name, concat!($name, "-sq")] ),*];
+            let (mut flat, mut i) = ([""; 2 * Operator::COUNT], 0);
+            while i < flat.len() {
+                flat[i] = names[i / 2][i % 2];
+                i += 1;
+            }
+            flat
+        };
+    };
 }
 
-impl Operator {
-    /// All eight, in the order of their numbers.
-    pub const ALL: [Operator; 8] = [
-        Operator::Raw,
-        Operator::Median,
-        Operator::MedianCorner,
-        Operator::Gradient,
-        Operator::MoravecHorizontal,
-        Operator::MoravecVertical,
-        Operator::MoravecSlash,
-        Operator::MoravecBackslash,
-    ];
-
-    /// The name in program text.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Operator::Raw => "raw",
-            Operator::Median => "median",
-            Operator::MedianCorner => "median-corner",
-            Operator::Gradient => "gradient",
-            Operator::MoravecHorizontal => "moravec-horizontal",
-            Operator::MoravecVertical => "moravec-vertical",
-            Operator::MoravecSlash => "moravec-slash",
-            Operator::MoravecBackslash => "moravec-backslash",
-        }
-    }
-
-    /// The largest value a pixel can have.
-    pub const fn max(self) -> u32 {
-        match self {
-            Operator::Raw | Operator::Median | Operator::MedianCorner => 255,
-            Operator::Gradient => 1443,
-            _ => 65025,
-        }
-    }
+operators! {
+    /// The pixel itself, 0 to 255.
+    Raw "raw", 0 to 255, 'l': "The pixel itself.";
+    /// The truncated median of the 3 x 3 neighbourhood, 0 to 255.
+    Median "median", 0 to 255, 'm':
+        "The truncated median of a neighbourhood: sorted, then cut at the end farther from the median.";
+    /// Absolute difference of the pixel and the median of its neighbourhood, 0 to 255.
+    MedianCorner "median-corner", 0 to 255, 'k':
+        "Absolute difference of a pixel and the median of its neighbourhood, which is sorted.";
+    /// Sobel gradient magnitude, rounded, 0 to 1443.
+    Gradient "gradient", 0 to 1443, 'g':
+        "Magnitude of the Sobel gradient: the root, found bit by bit, is rounded to the nearest integer.";
+    /// Squared difference to the right neighbour, 0 to 65025.
+    MoravecHorizontal "moravec-horizontal", 0 to 65025, 'h':
+        "Squared difference of a pixel and its neighbour in one direction.";
+    /// Squared difference to the neighbour below, 0 to 65025.
+    MoravecVertical "moravec-vertical", 0 to 65025, 'v':
+        "Squared difference of a pixel and its neighbour in one direction.";
+    /// Squared difference to the neighbour right and above, 0 to 65025.
+    MoravecSlash "moravec-slash", 0 to 65025, 's':
+        "Squared difference of a pixel and its neighbour in one direction.";
+    /// Squared difference to the neighbour right and below, 0 to 65025.
+    MoravecBackslash "moravec-backslash", 0 to 65025, 't':
+        "Squared difference of a pixel and its neighbour in one direction.";
 }
 
 /// Which power of the operator's values is averaged over the window.
@@ -80,14 +99,14 @@ pub struct Operand {
 
 impl Operand {
     /// How many operands there are.
-    pub const COUNT: usize = 16;
+    pub const COUNT: usize = OPERANDS.len();
 
-    /// All sixteen, by [`Operand::index`].
+    /// All of them, by [`Operand::index`].
     pub fn all() -> impl ExactSizeIterator<Item = Operand> {
         (0..Self::COUNT as u8).map(|i| Self::from_index(i).expect("below the count"))
     }
 
-    /// `2 * operator + moment`, 0 to 15.
+    /// `2 * operator + moment`.
     pub const fn index(self) -> u8 {
         self.operator as u8 * 2 + self.moment as u8
     }
@@ -112,25 +131,7 @@ impl Operand {
 
     /// The name in program text: the operator's, with `-sq` for the average of squares.
     pub const fn name(self) -> &'static str {
-        const NAMES: [&str; Operand::COUNT] = [
-            "raw",
-            "raw-sq",
-            "median",
-            "median-sq",
-            "median-corner",
-            "median-corner-sq",
-            "gradient",
-            "gradient-sq",
-            "moravec-horizontal",
-            "moravec-horizontal-sq",
-            "moravec-vertical",
-            "moravec-vertical-sq",
-            "moravec-slash",
-            "moravec-slash-sq",
-            "moravec-backslash",
-            "moravec-backslash-sq",
-        ];
-        NAMES[self.index() as usize]
+        OPERANDS[self.index() as usize]
     }
 
     /// The operand of this name.

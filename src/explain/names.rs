@@ -1,6 +1,6 @@
 //! Names for values and conditions.
 
-use vsonar_ir::{Moment, Operand, Operator};
+use vsonar_ir::{Moment, Operand};
 
 use super::listing::Name;
 
@@ -32,16 +32,7 @@ impl Names {
     }
 
     pub(super) fn operand(&mut self, operand: Operand) -> Name {
-        let letter = match operand.operator {
-            Operator::Raw => "l",
-            Operator::Median => "m",
-            Operator::MedianCorner => "k",
-            Operator::Gradient => "g",
-            Operator::MoravecHorizontal => "h",
-            Operator::MoravecVertical => "v",
-            Operator::MoravecSlash => "s",
-            Operator::MoravecBackslash => "t",
-        };
+        let letter = operand.operator.letter();
         self.add(match operand.moment {
             Moment::Mean => letter.to_string(),
             Moment::MeanSquare => format!("{letter}{letter}"),

@@ -20,9 +20,9 @@ use super::planes::{Column, Planes};
 pub struct WindowSums {
     width: usize,
     height: usize,
-    /// Twelve tables, by [`Table::Narrow`].
+    /// Tables, by [`Table::Narrow`].
     narrow: Vec<u32>,
-    /// Four tables, by [`Table::Wide`].
+    /// Tables, by [`Table::Wide`].
     wide: Vec<u64>,
 }
 
@@ -33,17 +33,29 @@ enum Table {
     Wide(usize),
 }
 
-const NARROW: usize = 12;
-const WIDE: usize = 4;
-
-/// The first four operators have both moments in 32 bits, the Moravec operators only the first.
-const fn table(operand: Operand) -> Table {
-    let operator = operand.operator as usize;
-    match (operator, operand.moment) {
-        (0..4, moment) => Table::Narrow(operator * 2 + moment as usize),
-        (_, Moment::Mean) => Table::Narrow(operator + 4),
-        (_, Moment::MeanSquare) => Table::Wide(operator - 4),
+/// The tables by operand, and how many there are of each kind: narrow where the largest sum over a window is below 2^31.
+/// Sums over the image may wrap, and their differences are exact again.
+const TABLES: ([Table; Operand::COUNT], usize, usize) = {
+    const AREA: u64 = 8 * 8;
+    let (mut tables, mut narrow, mut wide, mut i) = ([Table::Narrow(0); Operand::COUNT], 0, 0, 0);
+    while i < Operand::COUNT {
+        let Some(operand) = Operand::from_index(i as u8) else { unreachable!() };
+        if operand.max() * AREA < 1 << 31 {
+            tables[i] = Table::Narrow(narrow);
+            narrow += 1;
+        } else {
+            tables[i] = Table::Wide(wide);
+            wide += 1;
+        }
+        i += 1;
     }
+    (tables, narrow, wide)
+};
+const NARROW: usize = TABLES.1;
+const WIDE: usize = TABLES.2;
+
+const fn table(operand: Operand) -> Table {
+    TABLES.0[operand.index() as usize]
 }
 
 impl WindowSums {

@@ -151,6 +151,39 @@ pub fn apply<M: PixelMachine + ?Sized>(m: &mut M, operator: Operator, n: &Neighb
     }
 }
 
+/// Which pixels of a neighbourhood an operator looks at.
+pub fn looks(operator: Operator) -> [bool; 9] {
+    let seen = apply(&mut Looks, operator, &std::array::from_fn(|i| 1 << i));
+    std::array::from_fn(|i| seen & 1 << i != 0)
+}
+
+/// The machine whose values are the pixels that they depend on, as bits.
+struct Looks;
+
+impl PixelMachine for Looks {
+    type P = u16;
+    type M = u16;
+
+    fn constant(&mut self, _: i32) -> u16 {
+        0
+    }
+    fn add(&mut self, a: u16, b: u16) -> u16 {
+        a | b
+    }
+    fn sub(&mut self, a: u16, b: u16) -> u16 {
+        a | b
+    }
+    fn mul(&mut self, a: u16, b: u16) -> u16 {
+        a | b
+    }
+    fn lt(&mut self, a: u16, b: u16) -> u16 {
+        a | b
+    }
+    fn select(&mut self, mask: u16, a: u16, b: u16) -> u16 {
+        mask | a | b
+    }
+}
+
 /// The nine values in ascending order; number 4 is their median. A machine computes both operators of the
 /// median family from one sorted neighbourhood.
 ///
@@ -376,6 +409,15 @@ mod tests {
             assert_eq!(truncated_median(m, &n), i32::from(truncated_median(b, &bytes)), "{n:?}");
             assert_eq!(median_corner(m, &n), i32::from(median_corner(b, &bytes)), "{n:?}");
         }
+    }
+
+    #[test]
+    fn operators_look_where_their_documentation_says() {
+        let pixels = |operator| (0..9).filter(|&i| looks(operator)[i]).collect::<Vec<usize>>();
+        assert_eq!(pixels(Operator::Raw), [4]);
+        assert_eq!(pixels(Operator::Median), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
+        assert_eq!(pixels(Operator::Gradient), [0, 1, 2, 3, 5, 6, 7, 8]);
+        assert_eq!(pixels(Operator::MoravecSlash), [2, 4]);
     }
 
     #[test]

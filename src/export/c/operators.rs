@@ -110,17 +110,7 @@ impl Function {
 
     fn about(self) -> &'static str {
         match self {
-            Function::One(Operator::Raw) => "The pixel itself.",
-            Function::One(Operator::Median) => {
-                "The truncated median of a neighbourhood: sorted, then cut at the end farther from the median."
-            }
-            Function::One(Operator::MedianCorner) => {
-                "Absolute difference of a pixel and the median of its neighbourhood, which is sorted."
-            }
-            Function::One(Operator::Gradient) => {
-                "Magnitude of the Sobel gradient: the root, found bit by bit, is rounded to the nearest integer."
-            }
-            Function::One(_) => "Squared difference of a pixel and its neighbour in one direction.",
+            Function::One(operator) => operator.about(),
             Function::Medians => {
                 "From one sorted neighbourhood the truncated median, and the absolute difference of pixel and median."
             }

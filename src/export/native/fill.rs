@@ -169,15 +169,8 @@ fn neighbourhood(
         *bytes[at][down].get_or_insert_with(|| m.load(column, at as i32 * plan.column_bytes + down as i32))
     };
     let mut n = [load(1, 1); 9];
-    let looks: &[usize] = match operator {
-        Operator::Raw => &[],
-        Operator::Median | Operator::MedianCorner | Operator::Gradient => &[0, 1, 2, 3, 5, 6, 7, 8],
-        Operator::MoravecHorizontal => &[5],
-        Operator::MoravecVertical => &[7],
-        Operator::MoravecSlash => &[2],
-        Operator::MoravecBackslash => &[8],
-    };
-    for &i in looks {
+    let looks = formula::looks(operator);
+    for i in (0..9).filter(|&i| i != 4 && looks[i]) {
         // The medians do not care for the order, and column by column the sorting of three pixels above each other
         // serves three neighbourhoods.
         let turned = matches!(operator, Operator::Median | Operator::MedianCorner);

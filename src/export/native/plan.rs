@@ -11,6 +11,7 @@
 //!
 //! So memory does not grow with the image, and a loop that ends early leaves the rest of the column alone.
 
+use vsonar_ir::formula::image::looks;
 use vsonar_ir::{Loop, Moment, Operand, Operator, Rect};
 
 /// Rows in a tile's row sums are a multiple of this.
@@ -70,11 +71,11 @@ impl Plan {
         let rows = chunks.unwrap_or(1) * CHUNK;
         let positions = rows - extra;
 
-        let reaches = |operators: &[Operator]| operands.iter().any(|o| operators.contains(&o.operator));
-        let around = reaches(&[Operator::Median, Operator::MedianCorner, Operator::Gradient]);
-        let right = around
-            || reaches(&[Operator::MoravecHorizontal, Operator::MoravecSlash, Operator::MoravecBackslash]);
-        let beside = [u32::from(around), u32::from(right)];
+        // The columns of neighbourhoods to the left and to the right, as far as any operator looks there.
+        let reaches = |column: usize| {
+            operands.iter().any(|o| looks(o.operator).iter().skip(column).step_by(3).any(|looks| *looks))
+        };
+        let beside = [0, 2].map(|column| u32::from(reaches(column)));
 
         // The rows above and below, and what the last vector reads beyond them.
         let column_bytes = (rows + CHUNK) as i32;
