@@ -97,7 +97,6 @@ pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: boo
     let mut lock = None;
     let mut write = || -> Result<(), CliError> {
         lock = exclusive::hold(folder)?;
-        temporary::clear_in(folder, |stem| files.iter().any(|(name, _)| name == stem));
         let mut old = Vec::new();
         for (name, _) in files {
             let path = folder.join(name);
@@ -105,6 +104,8 @@ pub(crate) fn write_files(folder: &Path, files: &[(String, Vec<u8>)], force: boo
                 old.push(path);
             }
         }
+        // Only who writes clears what a killed command has left: old files may be among it.
+        temporary::clear_in(folder, |stem| files.iter().any(|(name, _)| name == stem));
         let mut all = Vec::new();
         for (name, bytes) in files {
             let path = folder.join(name);

@@ -177,6 +177,9 @@ fn report(args: &Args, folders: &[PathBuf], progress: &Bar) -> Result<Report, Cl
     let mut data = Data::default();
     for folder in folders {
         progress.message(&format!("{}: reading", folder.shown()));
+        if folder.join("best.gp").exists() {
+            super::program::file(folder)?;
+        }
         let file = SettingsFile::read(&folder.join("settings.toml"))?;
         let settings = file.recorded()?;
         let table = file.data().cloned().unwrap_or_default();

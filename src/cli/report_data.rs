@@ -156,7 +156,7 @@ fn evaluate(
         return Ok(());
     }
     wanted.progress.message(&format!("{}: evaluating", folder.shown()));
-    let file = folder.join("best.gp");
+    let file = super::program::file(folder)?;
     let best = Individual::load(&file)?;
     // What is held out is not looked at before the run is complete, unless it was asked for.
     let looked_at = |part: Part| part != Part::Holdout || run.is_complete() || wanted.holdout.is_some();

@@ -72,6 +72,7 @@ fn files_of_a_run_are_files() {
         ("log.jsonl", &["report", "run", "--out", "page.html"]),
         ("hall_of_fame.jsonl", &["report", "run", "--out", "page.html"]),
         ("best.gp", &["explain", "run"]),
+        ("best.gp", &["report", "run", "--out", "page.html"]),
         ("best.gp", &["export", "run", "--name", "eye", "--out", "o"]),
     ] {
         let kept = place.path("kept");
